@@ -1,0 +1,79 @@
+"""What an episode starts from: the room, and where everyone and everything stands. Plain arrays, no behaviour.
+
+World frame: SI units, REP-103 (angles counter-clockwise from the x axis).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+
+class ObjectKind(IntEnum):
+    """What an object is."""
+
+    TABLE = 0
+    LAPTOP = 1  # stands on a table, at the table's pose
+    PLANT = 2
+
+
+@dataclass(frozen=True, eq=False)
+class Room:
+    """A closed room.
+
+    corners: (num_corners, 2) [m], counter-clockwise, without repeating the first one; wall i runs from corner i
+    to corner i + 1
+    """
+
+    corners: FloatArray
+
+    @property
+    def walls(self) -> FloatArray:
+        """(num_walls, 4) x1, y1, x2, y2 [m]."""
+        return np.hstack([self.corners, np.roll(self.corners, -1, axis=0)])
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """Everything an episode needs to begin.
+
+    robot_pose: (3,) x [m], y [m], heading [rad]
+    goal: (2,) [m]
+    people_poses: (num_people, 3)
+    people_walk: (num_people,) whether a person walks (True) or stands where they are (False)
+    people_group: (num_people,) people with the same number walk together; -1 for people on their own
+    object_poses: (num_objects, 3)
+    object_sizes: (num_objects, 2) width along the object's own x axis and depth along its y axis [m]
+    object_kinds: (num_objects,) of `ObjectKind`
+    interaction_pairs: (num_interactions, 2) entity indices: people count from 0, objects on from num_people
+    interaction_relations: one name each, as SocNav2 names them
+    """
+
+    room: Room
+    robot_pose: FloatArray
+    goal: FloatArray
+    people_poses: FloatArray
+    people_walk: BoolArray
+    people_group: IntArray
+    object_poses: FloatArray
+    object_sizes: FloatArray
+    object_kinds: IntArray
+    interaction_pairs: IntArray
+    interaction_relations: tuple[str, ...]
+
+    @property
+    def num_people(self) -> int:
+        """How many people are in the room."""
+        return len(self.people_poses)
+
+    @property
+    def num_objects(self) -> int:
+        """How many objects are in the room; a table with a laptop counts as two."""
+        return len(self.object_poses)
