@@ -1,0 +1,1 @@
+"""The graph networks, one file each. Only the networks themselves import DGL."""

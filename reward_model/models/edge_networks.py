@@ -1,0 +1,186 @@
+"""Edge networks of the MPNN: what turns an edge's features into the matrix its message is multiplied with.
+
+An edge's 18 features say two things only: its relation and its length. So each relation's matrix is a curve in
+the length, and `operators` returns those curves in the factorised form that `reward_model.compiled` computes with.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, Protocol
+
+import torch
+from torch import Tensor, nn
+
+from reward_model.graph import LENGTH_FEATURE, NUM_EDGE_FEATURES, NUM_RELATIONS, Relation
+
+# Relations whose edges have a length, in the order of the tables; the others have one matrix each.
+MEASURED: Final = tuple(r for r in Relation if r < Relation.SELF) + (Relation.WALL_PERSON, Relation.WALL_ROOM)
+PLAIN: Final = (
+    Relation.SELF,
+    Relation.NOW_TO_SECOND,
+    Relation.SECOND_TO_NOW,
+    Relation.SECOND_TO_THIRD,
+    Relation.THIRD_TO_SECOND,
+)
+IN_METRES: Final = (Relation.PERSON_WALL, Relation.WALL_PERSON)
+
+
+@dataclass(frozen=True, eq=False)
+class LayerOperators:
+    """One layer's matrices as functions of relation and length.
+
+    plain: (5, in, out) one matrix for each of `PLAIN`
+    basis: (13, rank, in, out) for each of `MEASURED`
+    coefficients: (13, num_lengths, rank) at lengths step apart from 0; the matrix of a relation at length d is
+        sum_k c_k(d) basis_k with c interpolated linearly (and extrapolated beyond the last length)
+    steps: (13,) [dam or m, as the relation's lengths are]
+    bias: (out,)
+    """
+
+    plain: Tensor
+    basis: Tensor
+    coefficients: Tensor
+    steps: Tensor
+    bias: Tensor
+
+
+class EdgeNetwork(Protocol):
+    """Anything that gives each edge its matrix, edge by edge or as operators for a whole layer."""
+
+    def __call__(self, edge_features: Tensor) -> Tensor:
+        """(num_edges, 18) -> (num_edges, in * out)."""
+        ...
+
+    def operators(self, bias: Tensor) -> LayerOperators:
+        """The same matrices, for all edges at once."""
+        ...
+
+
+class PerceptronEdgeNetwork(nn.Sequential):
+    """The paper's edge network: two hidden layers between the edge's features and the matrix.
+
+    Hidden sizes follow the published code: two thirds and one third of the way between input and output.
+    """
+
+    RANK: Final = 24  # singular directions kept by `operators`; scores then move by about 1e-5
+    LENGTHS: Final = 257  # where the curves are sampled
+    REACH: Final = 2.0  # dam, the longest length sampled; in metres for person-wall edges
+
+    def __init__(self, in_features: int, out_features: int) -> None:
+        self.in_features, self.out_features = in_features, out_features
+        size = in_features * out_features
+        first = int(NUM_EDGE_FEATURES * 0.666 + size * 0.334)
+        second = int(NUM_EDGE_FEATURES * 0.334 + size * 0.666)
+        super().__init__(
+            nn.Linear(NUM_EDGE_FEATURES, first),
+            nn.ReLU(),
+            nn.Linear(first, second),
+            nn.ReLU(),
+            nn.Linear(second, size),
+        )
+
+    @torch.no_grad()
+    def operators(self, bias: Tensor) -> LayerOperators:
+        """Sample each relation's curve and keep its leading singular directions (SVD over the length)."""
+        shape = (-1, self.in_features, self.out_features)
+        plain = self(_edge_features(PLAIN, torch.zeros(1))).reshape(shape)
+        lengths = torch.linspace(0, self.REACH, self.LENGTHS)
+        rank = min(self.RANK, self.in_features * self.out_features)
+        bases, coefficients = [], []
+        for relation in MEASURED:
+            curve = self(_edge_features((relation,), lengths)).double()
+            left, values, right = torch.linalg.svd(curve, full_matrices=False)
+            coefficients.append((left[:, :rank] * values[:rank]).float())
+            bases.append(right[:rank].float().reshape(shape))
+        step = torch.full((len(MEASURED),), self.REACH / (self.LENGTHS - 1))
+        return LayerOperators(plain, torch.stack(bases), torch.stack(coefficients), step, bias.detach())
+
+
+class TabulatedEdgeNetwork(nn.Module):
+    """Our edge network: each relation's matrix at a few lengths is a parameter, linear in between.
+
+    The perceptron can learn any such curve too, at hundreds of times the cost. Knots lie closer together where
+    nearness matters.
+    """
+
+    KNOTS: Final = (0.0, 0.05, 0.1, 0.15, 0.25, 0.4, 0.7, 1.2)  # dam from robot or person
+    WALL_KNOTS: Final = tuple(10 / 8 * knot for knot in KNOTS)  # m from person to wall segment, 1.5 at most
+
+    def __init__(self, in_features: int, out_features: int) -> None:
+        super().__init__()
+        self.in_features, self.out_features = in_features, out_features
+        scale = (2 / in_features) ** 0.5
+        shape = (in_features, out_features)
+        self.plain = nn.Parameter(scale * torch.randn(len(PLAIN), *shape))
+        self.tables = nn.Parameter(
+            scale * torch.randn(len(MEASURED), 1, *shape).repeat(1, len(self.KNOTS), 1, 1)
+        )
+        coefficients = _hat_functions(torch.tensor(self.KNOTS))
+        self.register_buffer("coefficients", coefficients.expand(len(MEASURED), -1, -1), persistent=False)
+        steps = torch.full((len(MEASURED),), _KNOT_STEP)
+        steps[[MEASURED.index(relation) for relation in IN_METRES]] *= 10 / 8
+        self.register_buffer("steps", steps, persistent=False)
+        self.coefficients: Tensor
+        self.steps: Tensor
+
+    def operators(self, bias: Tensor) -> LayerOperators:
+        """The parameters themselves, so that gradients reach them."""
+        return LayerOperators(self.plain, self.tables, self.coefficients, self.steps, bias)
+
+    def forward(self, edge_features: Tensor) -> Tensor:
+        """(num_edges, 18) -> (num_edges, in * out): the tables read edge by edge."""
+        flags = edge_features.clone()
+        flags[:, LENGTH_FEATURE] = 0.5  # the last relation's flag was overwritten: it is what remains
+        relations = flags.argmax(dim=1)
+        matrices = edge_features.new_zeros(len(relations), self.in_features * self.out_features)
+        for index, relation in enumerate(PLAIN):
+            matrices[relations == relation] = self.plain[index].flatten()
+        for index, relation in enumerate(MEASURED):
+            chosen = relations == relation
+            lengths = edge_features[chosen, LENGTH_FEATURE]
+            weights = interpolate(self.coefficients[index], lengths / self.steps[index])
+            matrices[chosen] = weights @ self.tables[index].flatten(1)
+        return matrices
+
+
+EDGE_NETWORKS: Final[dict[str, type[PerceptronEdgeNetwork] | type[TabulatedEdgeNetwork]]] = {
+    "perceptron": PerceptronEdgeNetwork,
+    "tabulated": TabulatedEdgeNetwork,
+}
+
+_KNOT_STEP = 0.05  # dam, every knot is a multiple of it
+
+
+def interpolate(table: Tensor, places: Tensor) -> Tensor:
+    """Read a table at fractional rows, linearly, and linearly on beyond its ends.
+
+    table: (num_rows, width); places: (n,) in rows. Returns (n, width).
+    """
+    row = places.detach().floor().clamp(0, len(table) - 2).long()
+    share = (places - row).unsqueeze(1)
+    return table[row] * (1 - share) + table[row + 1] * share
+
+
+def _hat_functions(knots: Tensor) -> Tensor:
+    """(num_lengths, num_knots) the piecewise-linear functions that are 1 at one knot and 0 at the others."""
+    lengths = torch.arange(round(float(knots[-1]) / _KNOT_STEP) + 1) * _KNOT_STEP
+    right = torch.searchsorted(knots, lengths - 1e-6).clamp(1, len(knots) - 1)
+    share = (lengths - knots[right - 1]) / (knots[right] - knots[right - 1])
+    hats = torch.zeros(len(lengths), len(knots))
+    rows = torch.arange(len(lengths))
+    hats[rows, right - 1] = 1 - share
+    hats[rows, right] = share
+    return hats
+
+
+def _edge_features(relations: tuple[Relation, ...], lengths: Tensor) -> Tensor:
+    """(len(relations) * len(lengths), 18) every relation at every length."""
+    features = torch.zeros(len(relations), len(lengths), NUM_EDGE_FEATURES)
+    for index, relation in enumerate(relations):
+        features[index, :, relation] = 1
+    features[:, :, LENGTH_FEATURE] = lengths
+    return features.flatten(0, 1)
+
+
+assert len(MEASURED) + len(PLAIN) == NUM_RELATIONS

@@ -1,0 +1,37 @@
+"""The paper's message-passing network (Gilmer et al. 2017) on DGL's `NNConv`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence as Items
+
+import dgl
+import torch
+from dgl.nn.pytorch import NNConv
+from torch import Tensor, nn
+from torch.nn import functional
+
+from reward_model.models.edge_networks import EDGE_NETWORKS
+
+
+class MPNN(nn.Module):
+    """NNConv layers with mean aggregation, ELU between them, ReLU at the end.
+
+    sizes: features of the nodes, of each hidden layer, and the two scores, e.g. (42, 40, 30, 21, 12, 3, 2)
+    edge_network: `perceptron` as published, or `tabulated`
+    """
+
+    def __init__(self, sizes: Items[int], edge_network: str = "perceptron") -> None:
+        super().__init__()
+        make = EDGE_NETWORKS[edge_network]
+        self.layers = nn.ModuleList(
+            NNConv(inputs, outputs, make(inputs, outputs), aggregator_type="mean")
+            for inputs, outputs in zip(sizes[:-1], sizes[1:], strict=True)
+        )
+
+    def forward(self, graph: dgl.DGLGraph) -> Tensor:
+        """A batch from `reward_model.models.batching.dgl_graph` -> (batch_size, 2) scores."""
+        hidden = graph.ndata["features"]
+        for layer in self.layers[:-1]:
+            hidden = functional.elu(layer(graph, hidden, graph.edata["features"]))
+        hidden = torch.relu(self.layers[-1](graph, hidden, graph.edata["features"]))
+        return hidden[graph.ndata["is_output"]]
