@@ -30,12 +30,12 @@ from collections.abc import Sequence as Listing
 import numpy as np
 
 from reward_model.files import replace_file
+from reward_model.json_entities import EntityIds
 from reward_model.json_fields import JsonField, decode_json, read_text_file
 from reward_model.scenario import (
     DEFAULT_INTERVAL,
     FloatArray,
     IntArray,
-    Interactions,
     LabelledSequence,
     Objects,
     People,
@@ -148,37 +148,24 @@ def _parse_snapshot(field: JsonField, earlier: float | None) -> Snapshot:
         if interval <= 0:
             raise own.refused("must be positive")
     people, objects = field["people"], field["objects"]
-    people_ids = _parse_ids(people, taken={})
-    object_ids = _parse_ids(objects, taken=people_ids)
+    ids = EntityIds(people, objects)
+    links = [(link["src"], link["dst"], link["relation"]) for link in field["interaction"].items()]
     pose = field.get("robot_pose")
     return Snapshot(
         timestamp=timestamp,
         interval=interval,
         command=field["command"].numbers(3) / _COMMAND_UNITS,
         goal=_positions_from_json(_parse_goal(field["goal"]))[0],
-        people=People(_id_array(people_ids), *_parse_motion(people, interval)),
-        objects=Objects(_id_array(object_ids), *_parse_motion(objects, interval), _parse_sizes(objects)),
+        people=People(ids.people, *_parse_motion(people, interval)),
+        objects=Objects(ids.objects, *_parse_motion(objects, interval), _parse_sizes(objects)),
         walls=_positions_from_json(field["walls"].table(_WALL_FIELDS).reshape(-1, 2)).reshape(-1, 4),
-        interactions=_parse_interactions(field["interaction"], people_ids, object_ids),
+        interactions=ids.interactions(links),
         robot_pose=None if pose is None else _parse_robot_pose(pose),
     )
 
 
 def _read_interval(timestamp: float, earlier: float | None) -> float:
     return DEFAULT_INTERVAL if earlier is None else timestamp - earlier
-
-
-def _parse_ids(entities: JsonField, taken: dict[int, str]) -> dict[int, str]:
-    """Find where each id of a list stands, in the list's order."""
-    ids: dict[int, str] = {}
-    for entity in entities.items():
-        field = entity["id"]
-        identity = field.integer()
-        holder = taken.get(identity) or ids.get(identity)
-        if holder is not None:
-            raise field.refused(f"must differ from {holder}, ids of people and objects are unique")
-        ids[identity] = field.path
-    return ids
 
 
 def _parse_motion(entities: JsonField, interval: float) -> tuple[FloatArray, FloatArray]:
@@ -203,28 +190,6 @@ def _parse_goal(goal: JsonField) -> FloatArray:
     if count != 1:
         raise ScenarioError(f"{goal.place}: goal must be a list of one point, got {count}")
     return goal.table(("x", "y"))
-
-
-def _parse_interactions(
-    interactions: JsonField, people_ids: dict[int, str], object_ids: dict[int, str]
-) -> Interactions:
-    """Keep every pair once, with its first relation, where a file has it twice or in both directions."""
-    relations: dict[tuple[int, int], str] = {}
-    for interaction in interactions.items():
-        source, target = interaction["src"], interaction["dst"]
-        for end in (source, target):
-            if end.integer() not in people_ids and end.integer() not in object_ids:
-                raise end.refused("must be the id of a person or an object of this snapshot")
-        pair = (source.integer(), target.integer())
-        if pair[0] == pair[1]:
-            raise target.refused("must differ from src")
-        if pair[0] in object_ids and pair[1] in object_ids:
-            raise target.refused("must be a person where src is an object")
-        relation = interaction["relation"].text()
-        if pair[::-1] not in relations:
-            relations.setdefault(pair, relation)
-    pairs = np.array(list(relations), dtype=np.int64).reshape(len(relations), 2)
-    return Interactions(pairs, tuple(relations.values()))
 
 
 def _parse_robot_pose(pose: JsonField) -> FloatArray:
@@ -285,10 +250,6 @@ def _named_rows(keys: Listing[str], rows: FloatArray) -> list[dict[str, float]]:
 def _entity_rows(ids: IntArray, keys: Listing[str], rows: FloatArray) -> list[dict[str, float]]:
     named = _named_rows(keys, rows)
     return [{"id": identity, **row} for identity, row in zip(ids.tolist(), named, strict=True)]
-
-
-def _id_array(ids: dict[int, str]) -> IntArray:
-    return np.array(list(ids), dtype=np.int64)
 
 
 def _positions_from_json(positions: FloatArray) -> FloatArray:

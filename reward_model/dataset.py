@@ -1,0 +1,79 @@
+"""Augmentation of recorded scenes: copies that a person would have scored the same."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TypeVar
+
+import numpy as np
+
+from reward_model.scenario import FloatArray, Objects, People, Sequence, Snapshot
+
+Entities = TypeVar("Entities", People, Objects)
+
+_MIRROR_POSE = np.array([1.0, -1.0, -1.0])  # forward, left, counter-clockwise
+_TURN_POSITION = np.array([-1.0, -1.0])
+_TURN_VELOCITY = np.array([-1.0, -1.0, 1.0])
+
+
+def mirrored(sequence: Sequence) -> Sequence:
+    """Swap left and right in a scene, the room and the robot's command included.
+
+    Doing it twice gives the scene again. The paper's first augmentation (Bachiller et al. 2021).
+    """
+    return _every_snapshot(sequence, _mirrored_snapshot)
+
+
+def rotated(sequence: Sequence) -> Sequence:
+    """Let the robot face the other way while everything moves as it did: driving on becomes reversing.
+
+    Everything around the robot turns by 180 degrees in its frame, and its translation changes sign; the turn
+    rate is the same seen from either end. Doing it twice gives the scene again, headings up to whole turns.
+    The paper's second augmentation (Bachiller et al. 2021).
+    """
+    return _every_snapshot(sequence, _rotated_snapshot)
+
+
+def _every_snapshot(sequence: Sequence, change: Callable[[Snapshot], Snapshot]) -> Sequence:
+    return replace(sequence, snapshots=tuple(change(snapshot) for snapshot in sequence))
+
+
+def _mirrored_snapshot(snapshot: Snapshot) -> Snapshot:
+    people, objects, pose = snapshot.people, snapshot.objects, snapshot.robot_pose
+    return replace(
+        snapshot,
+        command=snapshot.command * _MIRROR_POSE,
+        goal=snapshot.goal * _MIRROR_POSE[:2],
+        people=_moved(people, people.poses * _MIRROR_POSE, people.velocities * _MIRROR_POSE),
+        objects=_moved(objects, objects.poses * _MIRROR_POSE, objects.velocities * _MIRROR_POSE),
+        walls=snapshot.walls * np.tile(_MIRROR_POSE[:2], 2),
+        robot_pose=None if pose is None else pose * _MIRROR_POSE,
+    )
+
+
+def _rotated_snapshot(snapshot: Snapshot) -> Snapshot:
+    people, objects, pose = snapshot.people, snapshot.objects, snapshot.robot_pose
+    return replace(
+        snapshot,
+        command=snapshot.command * _TURN_VELOCITY,
+        goal=-snapshot.goal,
+        people=_moved(people, _turned(people.poses), people.velocities * _TURN_VELOCITY),
+        objects=_moved(objects, _turned(objects.poses), objects.velocities * _TURN_VELOCITY),
+        walls=-snapshot.walls,
+        robot_pose=None if pose is None else np.array([pose[0], pose[1], _opposite(pose[2])]),
+    )
+
+
+def _moved(entities: Entities, poses: FloatArray, velocities: FloatArray) -> Entities:
+    return replace(entities, poses=poses, velocities=velocities)
+
+
+def _turned(poses: FloatArray) -> FloatArray:
+    """Turn poses in the robot's frame by 180 degrees, (num_entities, 3)."""
+    return np.column_stack([poses[:, :2] * _TURN_POSITION, _opposite(poses[:, 2])])
+
+
+def _opposite(heading: FloatArray) -> FloatArray:
+    return heading - np.copysign(math.pi, heading)
