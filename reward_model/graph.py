@@ -195,9 +195,7 @@ def frame_graph(snapshot: Snapshot, segments: IntArray) -> FrameGraph:
     )
     if len(relations) and relations[0] < 0:
         raise ScenarioError("an interaction joins two objects; at least one of the two must be a person")
-    return FrameGraph(
-        features, kinds, _node_keys(ids, segments), lengths, sources, targets, relations, link_lengths
-    )
+    return FrameGraph(features, kinds, _node_keys(ids, segments), lengths, sources, targets, relations, link_lengths)
 
 
 def sequence_frames(sequence: Sequence) -> list[FrameGraph]:

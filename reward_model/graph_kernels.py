@@ -22,6 +22,7 @@ _TURN_SCALE = -10.32 / 4.0  # 1/(rad/s): likewise, and clockwise
 
 @njit
 def fill_room(features: Float32Array, command: FloatArray, num_people: int) -> None:
+    """The room's row: the robot's command and how crowded the room is."""
     features[0, 2] = 1.0
     features[0, 17] = command[0] * _ADVANCE_SCALE
     features[0, 18] = command[2] * _TURN_SCALE
@@ -59,6 +60,7 @@ def fill_entities(
 
 @njit
 def fill_sizes(features: Float32Array, first: int, sizes: FloatArray) -> None:
+    """The sizes in the objects' rows [m]."""
     for index in range(len(sizes)):
         features[first + index, 26] = sizes[index, 0]
         features[first + index, 27] = sizes[index, 1]
@@ -101,6 +103,7 @@ def fill_goal_and_walls(
 def fill_lengths(
     lengths: Float32Array, people: FloatArray, objects: FloatArray, goal: FloatArray, midpoints: FloatArray
 ) -> None:
+    """Every node's distance from the robot [dam], in node order."""
     node = 1
     for index in range(len(people)):
         lengths[node] = np.hypot(people[index, 0], people[index, 1]) / 10.0
@@ -161,7 +164,11 @@ def links(
             distance = np.hypot(people[person, 0] - midpoints[wall, 0], people[person, 1] - midpoints[wall, 1])
             if distance < _NEAR_WALL:
                 sources[count], targets[count], relations[count] = 1 + person, first_wall + wall, 6
-                sources[count + 1], targets[count + 1], relations[count + 1] = first_wall + wall, 1 + person, 12
+                sources[count + 1], targets[count + 1], relations[count + 1] = (
+                    first_wall + wall,
+                    1 + person,
+                    12,
+                )
                 lengths[count : count + 2] = distance
                 count += 2
     return sources[:count].copy(), targets[:count].copy(), relations[:count].copy(), lengths[:count].copy()

@@ -12,10 +12,17 @@ from typing import Final, Protocol
 import torch
 from torch import Tensor, nn
 
-from reward_model.graph import LENGTH_FEATURE, NUM_EDGE_FEATURES, NUM_RELATIONS, Relation
+from reward_model.graph import (
+    FROM_ROOM,
+    LENGTH_FEATURE,
+    NUM_EDGE_FEATURES,
+    NUM_RELATIONS,
+    TO_ROOM,
+    Relation,
+)
 
 # Relations whose edges have a length, in the order of the tables; the others have one matrix each.
-MEASURED: Final = tuple(r for r in Relation if r < Relation.SELF) + (Relation.WALL_PERSON, Relation.WALL_ROOM)
+MEASURED: Final = tuple(r for r in Relation if r < Relation.SELF or r in (Relation.WALL_PERSON, Relation.WALL_ROOM))
 PLAIN: Final = (
     Relation.SELF,
     Relation.NOW_TO_SECOND,
@@ -44,6 +51,11 @@ class LayerOperators:
     steps: Tensor
     bias: Tensor
 
+    def to(self, device: str) -> LayerOperators:
+        """The same operators on another device."""
+        parts = (self.plain, self.basis, self.coefficients, self.steps, self.bias)
+        return LayerOperators(*(part.to(device) for part in parts))
+
 
 class EdgeNetwork(Protocol):
     """Anything that gives each edge its matrix, edge by edge or as operators for a whole layer."""
@@ -63,9 +75,9 @@ class PerceptronEdgeNetwork(nn.Sequential):
     Hidden sizes follow the published code: two thirds and one third of the way between input and output.
     """
 
-    RANK: Final = 24  # singular directions kept by `operators`; scores then move by about 1e-5
-    LENGTHS: Final = 257  # where the curves are sampled
-    REACH: Final = 2.0  # dam, the longest length sampled; in metres for person-wall edges
+    # What `operators` keeps of the curves. On the published weights scores then move by less than 3e-5.
+    RANK: Final = 32  # singular directions
+    COARSE: Final = 4  # every so many of the sampled lengths, the directions are sought in
 
     def __init__(self, in_features: int, out_features: int) -> None:
         self.in_features, self.out_features = in_features, out_features
@@ -85,16 +97,16 @@ class PerceptronEdgeNetwork(nn.Sequential):
         """Sample each relation's curve and keep its leading singular directions (SVD over the length)."""
         shape = (-1, self.in_features, self.out_features)
         plain = self(_edge_features(PLAIN, torch.zeros(1))).reshape(shape)
-        lengths = torch.linspace(0, self.REACH, self.LENGTHS)
         rank = min(self.RANK, self.in_features * self.out_features)
         bases, coefficients = [], []
         for relation in MEASURED:
-            curve = self(_edge_features((relation,), lengths)).double()
-            left, values, right = torch.linalg.svd(curve, full_matrices=False)
-            coefficients.append((left[:, :rank] * values[:rank]).float())
-            bases.append(right[:rank].float().reshape(shape))
-        step = torch.full((len(MEASURED),), self.REACH / (self.LENGTHS - 1))
-        return LayerOperators(plain, torch.stack(bases), torch.stack(coefficients), step, bias.detach())
+            lengths = torch.linspace(0, _reach(relation), _NUM_LENGTHS)
+            curve = self(_edge_features((relation,), lengths))
+            directions = torch.linalg.svd(curve[:: self.COARSE], full_matrices=False).Vh[:rank]
+            bases.append(directions.reshape(shape))
+            coefficients.append(curve @ directions.T)
+        steps = torch.tensor([_reach(relation) / (_NUM_LENGTHS - 1) for relation in MEASURED])
+        return LayerOperators(plain, torch.stack(bases), torch.stack(coefficients), steps, bias.detach())
 
 
 class TabulatedEdgeNetwork(nn.Module):
@@ -113,9 +125,7 @@ class TabulatedEdgeNetwork(nn.Module):
         scale = (2 / in_features) ** 0.5
         shape = (in_features, out_features)
         self.plain = nn.Parameter(scale * torch.randn(len(PLAIN), *shape))
-        self.tables = nn.Parameter(
-            scale * torch.randn(len(MEASURED), 1, *shape).repeat(1, len(self.KNOTS), 1, 1)
-        )
+        self.tables = nn.Parameter(scale * torch.randn(len(MEASURED), 1, *shape).repeat(1, len(self.KNOTS), 1, 1))
         coefficients = _hat_functions(torch.tensor(self.KNOTS))
         self.register_buffer("coefficients", coefficients.expand(len(MEASURED), -1, -1), persistent=False)
         steps = torch.full((len(MEASURED),), _KNOT_STEP)
@@ -150,6 +160,15 @@ EDGE_NETWORKS: Final[dict[str, type[PerceptronEdgeNetwork] | type[TabulatedEdgeN
 }
 
 _KNOT_STEP = 0.05  # dam, every knot is a multiple of it
+_NUM_LENGTHS = 1025  # where a perceptron's curves are sampled
+
+
+def _reach(relation: Relation) -> float:
+    """Return the longest length at which a relation's curve is sampled; beyond it, it goes on straight."""
+    if relation in IN_METRES:
+        return 1.5  # m, no person-wall edge is longer
+    room_edge = relation in TO_ROOM or relation in FROM_ROOM
+    return 2.0 if room_edge else 0.8  # dam
 
 
 def interpolate(table: Tensor, places: Tensor) -> Tensor:

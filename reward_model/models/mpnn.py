@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence as Items
+from itertools import pairwise
 
 import dgl
 import torch
@@ -25,7 +26,7 @@ class MPNN(nn.Module):
         make = EDGE_NETWORKS[edge_network]
         self.layers = nn.ModuleList(
             NNConv(inputs, outputs, make(inputs, outputs), aggregator_type="mean")
-            for inputs, outputs in zip(sizes[:-1], sizes[1:], strict=True)
+            for inputs, outputs in pairwise(sizes)
         )
 
     def forward(self, graph: dgl.DGLGraph) -> Tensor:

@@ -1,0 +1,140 @@
+"""Scores from scenes: load a trained network and ask it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence as Items
+from pathlib import Path
+from typing import Final, Literal, Protocol
+
+import numpy as np
+import platformdirs
+import torch
+from torch import Tensor
+
+from reward_model.checkpoint import Checkpoint, CheckpointError, NetworkConfig, load_checkpoint
+from reward_model.compiled import EdgelessMPNN, propagate
+from reward_model.graph import Float32Array, FrameGraph, scene_graph, sequence_frames
+from reward_model.scenario import Scores, Sequence
+from reward_model.windows import pack_windows
+
+Form = Literal["compiled", "dgl"]
+FORMS: Final[tuple[Form, ...]] = ("compiled", "dgl")
+_LARGEST_BATCH: Final = 256  # windows at once, so that memory stays small for any number of sequences
+
+
+class _Network(Protocol):
+    def __call__(self, windows: Items[Items[FrameGraph]]) -> Tensor:
+        """(num_windows, 2) scores."""
+        ...
+
+
+class SocialScorer:
+    """How acceptable people find a robot's last second, as a trained network answers.
+
+    name: names the weights, for whoever reports the scores
+    """
+
+    def __init__(self, checkpoint: Checkpoint, name: str, form: Form = "compiled", device: str = "cpu") -> None:
+        if form not in FORMS:
+            raise CheckpointError(f"form must be one of {list(FORMS)}, got {form!r}")
+        self.name = name
+        self._network: _Network = _Compiled(checkpoint, device) if form == "compiled" else _OnDGL(checkpoint, device)
+
+    def score(self, sequence: Sequence) -> Scores:
+        """Score the last second of one sequence."""
+        q1, q2 = self.score_batch([sequence])[0].tolist()
+        return Scores(q1, q2)
+
+    def score_batch(self, sequences: Items[Sequence]) -> Float32Array:
+        """(num_sequences, 2) Q1 and Q2 of each sequence's last second."""
+        return self.score_windows([sequence_frames(sequence) for sequence in sequences])
+
+    def score_windows(self, windows: Items[Items[FrameGraph]]) -> Float32Array:
+        """(num_windows, 2) Q1 and Q2 of windows of up to three frames, newest first, made by `frame_graph`."""
+        if not windows:
+            return np.zeros((0, 2), dtype=np.float32)
+        with torch.inference_mode():
+            parts = [
+                self._network(windows[start : start + _LARGEST_BATCH])
+                for start in range(0, len(windows), _LARGEST_BATCH)
+            ]
+        scores: Float32Array = torch.cat(parts).cpu().numpy()
+        return scores
+
+
+class _Compiled:
+    def __init__(self, checkpoint: Checkpoint, device: str) -> None:
+        network = EdgelessMPNN(checkpoint.config.sizes, checkpoint.config.edge_network)
+        _load_state(network, checkpoint)
+        with torch.no_grad():
+            self._layers = [layer.to(device) for layer in network.operators()]
+        self._device = device
+
+    def __call__(self, windows: Items[Items[FrameGraph]]) -> Tensor:
+        return propagate(pack_windows(windows).to(self._device), self._layers)
+
+
+class _OnDGL:
+    def __init__(self, checkpoint: Checkpoint, device: str) -> None:
+        try:
+            from reward_model.models.batching import dgl_graph
+            from reward_model.models.mpnn import MPNN
+        except ImportError as error:
+            raise CheckpointError(f"the dgl form needs DGL, which cannot be imported here ({error})") from None
+        self._batch = dgl_graph
+        self._network = MPNN(checkpoint.config.sizes, checkpoint.config.edge_network)
+        _load_state(self._network, checkpoint)
+        self._network.eval().to(device)
+        self._device = device
+
+    def __call__(self, windows: Items[Items[FrameGraph]]) -> Tensor:
+        graph = self._batch([scene_graph(window) for window in windows]).to(self._device)
+        scores: Tensor = self._network(graph)
+        return scores
+
+
+def load_scorer(weights: str | Path = "default", form: Form = "compiled", device: str = "cpu") -> SocialScorer:
+    """Load a scorer.
+
+    weights: `default` (what ships), `published` (Bachiller et al.'s network, once imported) or a checkpoint folder
+    form: `compiled` (fast, needs no DGL) or `dgl` (the network as it is defined)
+    Raises `CheckpointError` where there is no such checkpoint or it cannot be used.
+    """
+    path = weights_path(weights)
+    return SocialScorer(load_checkpoint(path), str(weights), form, device)
+
+
+def weights_path(weights: str | Path) -> Path:
+    """The checkpoint folder that a name stands for."""
+    if weights == "default":
+        return Path(__file__).parent / "weights" / "default"
+    if weights == "published":
+        path = cache_folder() / "published"
+        if not path.is_dir():
+            raise CheckpointError(
+                "the published weights are not in the cache; fetch them once with "
+                "`python -m reward_model import-published socnavgym==0.1.1`"
+            )
+        return path
+    path = Path(weights)
+    if not path.is_dir():
+        raise CheckpointError(f"weights must be 'default', 'published' or a checkpoint folder, got {str(weights)!r}")
+    return path
+
+
+def cache_folder() -> Path:
+    """Where what is fetched at run time is kept: `SOCNAV_CACHE`, or the user's cache folder."""
+    return Path(os.environ.get("SOCNAV_CACHE") or platformdirs.user_cache_dir("socnav2"))
+
+
+def _load_state(network: torch.nn.Module, checkpoint: Checkpoint) -> None:
+    try:
+        network.load_state_dict(checkpoint.tensors)
+    except RuntimeError as error:
+        reason = " ".join(str(error).split())
+        raise CheckpointError(f"the weights do not fit the network {_describe(checkpoint.config)}: {reason}") from None
+
+
+def _describe(config: NetworkConfig) -> str:
+    return f"{config.kind} {'-'.join(map(str, config.sizes))} ({config.edge_network})"
