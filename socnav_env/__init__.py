@@ -1,0 +1,29 @@
+"""SocNav2-v0: a robot crosses a room among people. Importing this package registers the environment.
+
+The environment itself is loaded by `gym.make`; this import is light.
+"""
+
+import gymnasium as gym
+
+from socnav_env.config import (
+    ConfigError,
+    EnvConfig,
+    PeopleConfig,
+    PopulationConfig,
+    RewardConfig,
+    RobotConfig,
+    RoomConfig,
+)
+
+__all__ = [
+    "ConfigError",
+    "EnvConfig",
+    "PeopleConfig",
+    "PopulationConfig",
+    "RewardConfig",
+    "RobotConfig",
+    "RoomConfig",
+]
+
+# No max_episode_steps: the environment knows its own time limit.
+gym.register("SocNav2-v0", entry_point="socnav_env.env:SocNavEnv")

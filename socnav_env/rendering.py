@@ -7,12 +7,13 @@ the size and scaled down, which smooths all edges. Works without a display.
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from socnav_env.layout import BoolArray, FloatArray, IntArray, ObjectKind
+from socnav_env.layout import FloatArray, ObjectKind
+from socnav_env.views import SceneView
 
 os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")  # pygame prints a greeting on import otherwise
 import pygame
@@ -56,47 +57,6 @@ OUTCOME_WORDS = {
     "collision_object": "touched an object",
     "collision_wall": "touched a wall",
 }
-
-
-def _no_rows(columns: int) -> FloatArray:
-    return np.zeros((0, columns))
-
-
-@dataclass(frozen=True, eq=False)
-class SceneView:
-    """What is drawn of one instant, in the world frame: SI units, angles counter-clockwise.
-
-    corners: (num_corners, 2) of the room
-    robot_pose: (3,) x, y, heading
-    goal: (2,)
-    people_poses: (num_people, 3); people_walk: (num_people,) whether each one is a walker
-    object_poses: (num_objects, 3); object_sizes: (num_objects, 2); object_kinds: (num_objects,) of `ObjectKind`
-    interaction_lines: (num_interactions, 4) x1, y1, x2, y2 between those who interact
-    trail: (num_points, 2) where the robot has been, oldest first
-    trail_marks: (num_frames, 3) robot poses of the frames that the learned reward looks at
-    scores: q1 and q2, None where nobody judges
-    time: [s] since the episode began, of time_limit [s]
-    outcome: how the episode ended, None while it runs
-    """
-
-    corners: FloatArray
-    robot_pose: FloatArray
-    robot_radius: float
-    goal: FloatArray
-    arrival_radius: float
-    people_poses: FloatArray = field(default_factory=lambda: _no_rows(3))
-    people_walk: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
-    people_radius: float = 0.25
-    object_poses: FloatArray = field(default_factory=lambda: _no_rows(3))
-    object_sizes: FloatArray = field(default_factory=lambda: _no_rows(2))
-    object_kinds: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    interaction_lines: FloatArray = field(default_factory=lambda: _no_rows(4))
-    trail: FloatArray = field(default_factory=lambda: _no_rows(2))
-    trail_marks: FloatArray = field(default_factory=lambda: _no_rows(3))
-    scores: tuple[float, float] | None = None
-    time: float = 0.0
-    time_limit: float = 60.0
-    outcome: str | None = None
 
 
 class Renderer:
@@ -204,7 +164,7 @@ class _Painter:
 
     def trail(self, view: SceneView) -> None:
         points = self.pixels(view.trail)
-        for start, end in zip(points[:-1], points[1:], strict=True):
+        for start, end in pairwise(points):
             _thick_line(self.surface, TRAIL, start, end, 2 * SUPERSAMPLING)
         for pose in view.trail_marks:
             self._polygon(ROBOT_DARK, pose, _circle(view.robot_radius), SUPERSAMPLING)

@@ -1,0 +1,185 @@
+"""`SocNavEnv`, the environment behind `gym.make("SocNav2-v0")`: it wires the parts, nothing else."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import gymnasium as gym
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from reward_model.scenario import Scores
+from socnav_env.config import EnvConfig, RobotConfig
+from socnav_env.episode import Episode, begin_episode
+from socnav_env.layout import FloatArray
+from socnav_env.metrics import episode_metrics
+from socnav_env.observations import Observation, make_observation
+from socnav_env.outcomes import Outcome
+from socnav_env.rewards import Moment, Reward, make_reward, weighted_terms
+
+if TYPE_CHECKING:
+    from socnav_env.rendering import Renderer
+
+RATED_SPEED = 3.5 / 9.4  # m/s, the fastest robot that the raters of SocNav2 saw
+RATED_TURN_RATE = 4.0 / 10.32  # rad/s, likewise
+
+
+class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
+    """A robot crosses a room among people and is paid for doing so in a way they find acceptable.
+
+    Action: `Box(-1, 1, (2,))`, forward and turn, as shares of the robot's top speeds. Negative forward drives
+    backwards, positive turn goes to the left. Values outside the box are clipped to it.
+
+    Observation: by name, see `socnav_env.observations`; "entities" is a `Dict` of flat boxes in the robot's frame.
+
+    Reward: by name, see `socnav_env.rewards`; "learned" is the network's Q2 - 1 every step, with terminal terms for
+    arriving and for touching something.
+
+    Termination: the robot arrived, or touched a person, an object or a wall. Truncation: out of time. There is no
+    other time limit.
+
+    Start: a room drawn with the generator that `reset(seed=)` seeds, after a warm-up in which the robot stands.
+
+    Info, every step: `outcome` (None, "arrived", "collision_person", "collision_object", "collision_wall" or
+    "timeout"), `is_success`, `in_rated_range` (whether the robot's top speeds are ones that people rated),
+    `reward_terms` (what each term contributed; they add up to the reward), `reward_weights`, and with a learned
+    reward `q1` and `q2`, the raw scores of the last second. In an episode's last step also `episode_metrics`, see
+    `socnav_env.metrics`. After a reset: `outcome`, `is_success`, `in_rated_range`.
+
+    reward: a name or an object with the `Reward` protocol
+    observation: a name or an object with the `Observation` protocol
+    config: everything else that can be set; default `EnvConfig()`
+    render_mode: None, "rgb_array" or "human"
+    weights: which network judges, where a reward named here is a learned one: "default", "published" or a path
+
+    Versions: v0, the first one.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array", "human"], "render_fps": 5}  # noqa: RUF012 - as Gymnasium
+
+    def __init__(
+        self,
+        reward: str | Reward = "learned",
+        observation: str | Observation = "entities",
+        config: EnvConfig | None = None,
+        render_mode: str | None = None,
+        weights: str = "default",
+    ) -> None:
+        if render_mode is not None and render_mode not in self.metadata["render_modes"]:
+            valid = ", ".join(self.metadata["render_modes"])
+            raise ValueError(f"render_mode must be None or one of {valid}, got {render_mode!r}")
+        self.config = EnvConfig() if config is None else config
+        self.reward = make_reward(reward, self.config.reward, weights)
+        self.observation = make_observation(observation, self.config)
+        self.observation_space = self.observation.space()
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (2,), np.float32)
+        self.render_mode = render_mode
+        self.metadata = {**self.metadata, "render_fps": 1 / self.config.control_period}
+        self._in_rated_range = in_rated_range(self.config.robot)
+        self._episode: Episode | None = None
+        self._renderer: Renderer | None = None
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        """Draw a new scene; see Gymnasium. There are no options."""
+        super().reset(seed=seed)
+        if options:
+            raise ValueError(f"reset has no options, got {', '.join(map(str, options))}; use config= of gym.make")
+        self._episode = begin_episode(self.config, self.np_random, judged=self.reward.scorer is not None)
+        if self.render_mode == "human":
+            self.render()
+        return self._observe(self._episode), self._outcome_info(None)
+
+    def step(self, action: ArrayLike) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """Let one control period pass; see Gymnasium.
+
+        Raises `ValueError` for an action that is not two finite numbers, `ResetNeeded` after the end.
+        """
+        command = command_of(action, self.config.robot)
+        episode = self._running_episode()
+        episode.advance(command)
+        moment = episode.conclude(self._score(episode))
+        terms = weighted_terms(self.reward, moment)
+        observation = self._observe(episode)
+        info = self._info(episode, moment, terms)
+        truncated = moment.outcome is Outcome.TIMEOUT
+        terminated = moment.outcome is not None and not truncated
+        if self.render_mode == "human":
+            self.render()
+        return observation, float(sum(terms.values())), terminated, truncated, info
+
+    def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override] - Gymnasium's type stands for its own modes
+        """Return a picture, uint8 (height, width, 3), or show it, as `render_mode` says."""
+        if self.render_mode is None:
+            gym.logger.warn('render() needs gym.make("SocNav2-v0", render_mode="rgb_array" or "human")')
+            return None
+        if self._episode is None:
+            raise gym.error.ResetNeeded("render() needs a scene, call reset() first")
+        if self._renderer is None:
+            from socnav_env.rendering import Renderer  # loads pygame
+
+            self._renderer = Renderer()
+        if self.render_mode == "human":
+            self._renderer.show(self._episode.view(), self.metadata["render_fps"])
+            return None
+        return self._renderer.draw(self._episode.view())
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self._renderer is not None:
+            self._renderer.close()
+            self._renderer = None
+
+    def _running_episode(self) -> Episode:
+        if self._episode is None:
+            raise gym.error.ResetNeeded("step() needs a scene, call reset() first")
+        if self._episode.outcome is not None:
+            raise gym.error.ResetNeeded(f"the episode has ended ({self._episode.outcome}), call reset()")
+        return self._episode
+
+    def _observe(self, episode: Episode) -> Any:
+        return self.observation.observe(episode.world, episode.time_left)
+
+    def _score(self, episode: Episode) -> Scores | None:
+        if self.reward.scorer is None:
+            return None
+        q1, q2 = self.reward.scorer.score_windows([episode.window()])[0].tolist()
+        return Scores(q1, q2)
+
+    def _outcome_info(self, outcome: Outcome | None) -> dict[str, Any]:
+        return {
+            "outcome": None if outcome is None else outcome.value,
+            "is_success": outcome is Outcome.ARRIVED,
+            "in_rated_range": self._in_rated_range,
+        }
+
+    def _info(self, episode: Episode, moment: Moment, terms: dict[str, float]) -> dict[str, Any]:
+        info = self._outcome_info(moment.outcome)
+        info["reward_terms"] = terms
+        info["reward_weights"] = dict(self.reward.weights)
+        if moment.scores is not None:
+            info["q1"], info["q2"] = moment.scores
+        if moment.outcome is not None:
+            info["episode_metrics"] = episode_metrics(episode.trajectory())
+        return info
+
+
+def command_of(action: ArrayLike, robot: RobotConfig) -> FloatArray:
+    """Translate an action into a command: forward speed [m/s], turn rate [rad/s].
+
+    Raises `ValueError` for an action that is not two finite numbers.
+    """
+    values = np.asarray(action, dtype=np.float64)
+    if values.shape != (2,) or not (math.isfinite(values[0]) and math.isfinite(values[1])):
+        raise ValueError(
+            f"action must be two finite numbers (forward, turn), got {np.array2string(values, threshold=6)}"
+        )
+    forward, turn = (min(max(value, -1.0), 1.0) for value in values.tolist())
+    top_speed = robot.max_forward_speed if forward >= 0 else robot.max_backward_speed
+    return np.array([forward * top_speed, turn * robot.max_turn_rate])
+
+
+def in_rated_range(robot: RobotConfig) -> bool:
+    """Whether this robot's top speeds are ones that the raters of SocNav2 saw."""
+    top_speed = max(robot.max_forward_speed, robot.max_backward_speed)
+    return top_speed <= RATED_SPEED + 1e-9 and robot.max_turn_rate <= RATED_TURN_RATE + 1e-9

@@ -1,0 +1,118 @@
+"""One episode: a world that moves, and what is remembered of it. No Gymnasium here."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from reward_model.graph import FrameGraph, select_window
+from reward_model.scenario import Scores
+from socnav_env.config import ConfigError, EnvConfig
+from socnav_env.frames import interaction_lines
+from socnav_env.layout import FloatArray
+from socnav_env.outcomes import Outcome, decide_outcome
+from socnav_env.population import sample_layout
+from socnav_env.rewards import Moment
+from socnav_env.snapshots import Recorder, frames_per_window
+from socnav_env.trajectory import Trajectory, TrajectoryRecorder
+from socnav_env.views import SceneView
+from socnav_env.world import World
+
+MAX_STARTS = 20  # scenes drawn until one survives its warm-up
+STANDING = np.zeros(2)  # command: forward speed, turn rate
+
+
+class Episode:
+    """A run from the warm-up, simulated when this is made, to the outcome.
+
+    judged: whether frames are kept for a scorer
+    """
+
+    def __init__(self, world: World, config: EnvConfig, judged: bool) -> None:
+        self.world = world
+        self.outcome: Outcome | None = None
+        self.scores: Scores | None = None
+        self._config = config
+        self._recorder = Recorder(world, config.control_period) if judged else None
+        for _ in range(config.warm_up_steps):
+            self._advance_world(STANDING)
+        self._trajectory = TrajectoryRecorder(world, config.control_period, config.max_steps)
+        self._goal_distance = world.distance_to_goal()
+
+    @property
+    def steps(self) -> int:
+        """How many steps have been judged."""
+        return len(self._trajectory)
+
+    @property
+    def time_left(self) -> float:
+        """Share of the episode's time, 0..1."""
+        return 1.0 - self.steps / self._config.max_steps
+
+    def advance(self, command: FloatArray) -> None:
+        """Let a control period pass under a command: forward speed [m/s], turn rate [rad/s]."""
+        self._advance_world(command)
+        self.outcome = decide_outcome(self.world, self._config.max_steps - self.steps - 1)
+
+    def window(self) -> list[FrameGraph]:
+        """The frames that the last second is judged by, newest first; empty in an episode that is not judged."""
+        return [] if self._recorder is None else self._recorder.window()
+
+    def conclude(self, scores: Scores | None) -> Moment:
+        """Take note of how the last step was scored and return what it led to."""
+        earlier, self._goal_distance = self._goal_distance, self.world.distance_to_goal()
+        progress = earlier - self._goal_distance
+        self.scores = scores
+        self._trajectory.record(scores)
+        return Moment(self.world, self._config.control_period, progress, self.outcome, scores)
+
+    def trajectory(self) -> Trajectory:
+        """Everything that happened since the warm-up."""
+        return self._trajectory.trajectory(self.outcome)
+
+    def view(self) -> SceneView:
+        """What a picture of this moment shows."""
+        world, layout, period = self.world, self.world.layout, self._config.control_period
+        people_poses = world.people_poses
+        path = self._trajectory.robot_poses[-frames_per_window(period) :].copy()
+        marks = select_window([row * period for row in range(len(path))])[1:]
+        return SceneView(
+            corners=layout.room.corners,
+            robot_pose=path[-1],
+            robot_radius=world.robot_radius,
+            goal=layout.goal,
+            arrival_radius=self._config.robot.arrival_radius,
+            people_poses=people_poses,
+            people_walk=layout.people_walk,
+            people_radius=world.people_radius,
+            object_poses=layout.object_poses,
+            object_sizes=layout.object_sizes,
+            object_kinds=layout.object_kinds,
+            interaction_lines=interaction_lines(layout, people_poses),
+            trail=path[:, :2],
+            trail_marks=path[marks],
+            scores=self.scores,
+            time=self.steps * period,
+            time_limit=self._config.time_limit,
+            outcome=self.outcome,
+        )
+
+    def _advance_world(self, command: FloatArray) -> None:
+        self.world.advance(command)
+        if self._recorder is not None:
+            self._recorder.record()
+
+
+def begin_episode(config: EnvConfig, random: np.random.Generator, judged: bool) -> Episode:
+    """Draw a scene and let its warm-up pass; a scene that is over before it begins is drawn anew.
+
+    That happens where people do not notice the robot and walk into it as it stands.
+    Raises `ConfigError` where it happens every time.
+    """
+    for _ in range(MAX_STARTS):
+        episode = Episode(World(sample_layout(config, random), config, random), config, judged)
+        if decide_outcome(episode.world, steps_left=1) is None:
+            return episode
+    raise ConfigError(
+        f"warm_up must leave the robot untouched, got {config.warm_up} s in which people touched it in "
+        f"{MAX_STARTS} scenes in a row; ask for less warm-up or fewer wandering people"
+    )

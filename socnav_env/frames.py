@@ -1,0 +1,76 @@
+"""Changes of frame: from the room's axes to those of a robot standing in it (x forward, y left)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from reward_model.jit import njit
+from socnav_env.layout import FloatArray, Layout
+
+
+@njit
+def wrap_angle(angle: float) -> float:
+    """The same angle in [-pi, pi)."""
+    return angle - 2.0 * math.pi * math.floor((angle + math.pi) / (2.0 * math.pi))
+
+
+@njit
+def poses_in_frame(frame: FloatArray, poses: FloatArray) -> FloatArray:
+    """Express poses (n, 3) [m, m, rad] in the frame that stands at the pose `frame` (3,)."""
+    local = np.empty_like(poses)
+    cosine, sine = math.cos(frame[2]), math.sin(frame[2])
+    for index in range(len(poses)):
+        x, y = poses[index, 0] - frame[0], poses[index, 1] - frame[1]
+        local[index, 0] = cosine * x + sine * y
+        local[index, 1] = cosine * y - sine * x
+        local[index, 2] = wrap_angle(poses[index, 2] - frame[2])
+    return local
+
+
+@njit
+def points_in_frame(frame: FloatArray, points: FloatArray) -> FloatArray:
+    """Express points (n, 2) [m] in the frame that stands at the pose `frame` (3,)."""
+    local = np.empty_like(points)
+    cosine, sine = math.cos(frame[2]), math.sin(frame[2])
+    for index in range(len(points)):
+        x, y = points[index, 0] - frame[0], points[index, 1] - frame[1]
+        local[index, 0] = cosine * x + sine * y
+        local[index, 1] = cosine * y - sine * x
+    return local
+
+
+@njit
+def turned_velocities(heading: float, velocities: FloatArray) -> FloatArray:
+    """Express velocities (n, 3) [m/s, m/s, rad/s] over ground along the axes of a frame with this heading."""
+    turned = np.empty_like(velocities)
+    cosine, sine = math.cos(heading), math.sin(heading)
+    for index in range(len(velocities)):
+        x, y = velocities[index, 0], velocities[index, 1]
+        turned[index, 0] = cosine * x + sine * y
+        turned[index, 1] = cosine * y - sine * x
+        turned[index, 2] = velocities[index, 2]
+    return turned
+
+
+@njit
+def pose_rates(earlier: FloatArray, later: FloatArray, duration: float) -> FloatArray:
+    """How fast poses (n, 3) changed on average over a duration [s], turning the short way."""
+    rates = np.empty_like(later)
+    for index in range(len(later)):
+        rates[index, 0] = (later[index, 0] - earlier[index, 0]) / duration
+        rates[index, 1] = (later[index, 1] - earlier[index, 1]) / duration
+        rates[index, 2] = wrap_angle(later[index, 2] - earlier[index, 2]) / duration
+    return rates
+
+
+def lines_in_frame(frame: FloatArray, lines: FloatArray) -> FloatArray:
+    """Express lines (n, 4) x1, y1, x2, y2 [m] in the frame that stands at the pose `frame` (3,)."""
+    return points_in_frame(frame, lines.reshape(-1, 2)).reshape(-1, 4)
+
+
+def interaction_lines(layout: Layout, people_poses: FloatArray) -> FloatArray:
+    """(num_interactions, 4) x1, y1, x2, y2 [m] between those who interact, where people are now (num_people, 3)."""
+    places = np.concatenate([people_poses[:, :2], layout.object_poses[:, :2]])
+    return places[layout.interaction_pairs].reshape(-1, 4)

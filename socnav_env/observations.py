@@ -1,0 +1,170 @@
+"""What the agent sees: a class per kind, each with `space()` and `observe()`, and a registry.
+
+Everything is in the robot's frame (x forward, y left, counter-clockwise, SI units) and clipped to its box.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from reward_model.jit import njit
+from socnav_env.config import MAX_WALLS
+from socnav_env.frames import (
+    interaction_lines,
+    lines_in_frame,
+    points_in_frame,
+    poses_in_frame,
+    turned_velocities,
+)
+from socnav_env.layout import FloatArray
+
+if TYPE_CHECKING:
+    from socnav_env.config import EnvConfig, RoomConfig
+    from socnav_env.world import World
+
+Float32Array = NDArray[np.float32]
+
+ENTITY_WIDTHS = {"people": 8, "objects": 6, "walls": 4, "interactions": 4}  # numbers in an entity's row
+MAX_SPEED = 5.0  # m/s, bound of the box; nobody in a room is faster
+MAX_TURN_RATE = 4 * math.pi  # rad/s, likewise
+
+
+@runtime_checkable
+class Observation(Protocol):
+    """What a kind of observation has to offer."""
+
+    def space(self) -> spaces.Space[Any]:
+        """Return the space that all observations lie in."""
+
+    def observe(self, world: World, time_left: float) -> Any:
+        """Return what the robot sees now, in memory of its own. time_left: share of the episode's time, 0..1."""
+
+
+class EntitiesObservation:
+    """The robot, its goal and everything in the room, as a flat `Dict` of float32 boxes with presence masks.
+
+    robot (4,): forward speed [m/s], speed to the left [m/s], turn rate [rad/s], share of the time that is left
+    goal (2,): x, y [m]
+    people (max_people * 8,): rows of x, y, cos heading, sin heading, vx, vy (over ground, along the robot's axes),
+        turn rate, 1 for somebody who interacts
+    objects (max_objects * 6,): rows of x, y, cos heading, sin heading, width, depth
+    walls (max_walls * 4,): rows of x1, y1, x2, y2
+    interactions (max_interactions * 4,): rows of x1, y1, x2, y2 of the two who interact
+    people_mask, objects_mask, walls_mask, interactions_mask: 1 where there is a row, 0 where the row is all zeros
+
+    Rows reshape to (-1, ENTITY_WIDTHS[name]). There are as many as the config can ask for; of more than that (in a
+    layout from elsewhere) those with the nearest first point are seen.
+    """
+
+    def __init__(self, config: EnvConfig) -> None:
+        population, sight = config.population, longest_sight(config.room)
+        place, unit, share = [(-sight, sight)] * 2, [(-1.0, 1.0)] * 2, [(0.0, 1.0)]
+        motion = [(-MAX_SPEED, MAX_SPEED)] * 2 + [(-MAX_TURN_RATE, MAX_TURN_RATE)]
+        entities = {
+            "people": (population.max_people, place + unit + motion + share),
+            "objects": (population.max_objects, place + unit + [(0.0, sight)] * 2),
+            "walls": (MAX_WALLS, place + place),
+            "interactions": (population.max_interactions, place + place),
+        }
+        bounds = {"robot": motion + share, "goal": place}
+        for name, (capacity, row) in entities.items():
+            bounds[name], bounds[f"{name}_mask"] = row * capacity, share * capacity
+        self.capacities = {name: capacity for name, (capacity, _) in entities.items()}
+        self._low, self._high = np.array([pair for part in bounds.values() for pair in part], dtype=np.float32).T
+        ends = np.cumsum([0, *(len(part) for part in bounds.values())]).tolist()
+        self._slices = {name: slice(*ends[index : index + 2]) for index, name in enumerate(bounds)}
+
+    def space(self) -> spaces.Dict:
+        """Return the boxes; a kind of entity that the config rules out has none."""
+        return spaces.Dict(
+            {
+                name: spaces.Box(self._low[part], self._high[part], dtype=np.float32)
+                for name, part in self._slices.items()
+                if part.stop > part.start
+            }
+        )
+
+    def observe(self, world: World, time_left: float) -> dict[str, Float32Array]:
+        """Return the boxes' values, in memory of their own."""
+        values = np.zeros(len(self._high), dtype=np.float32)
+        layout, frame, people = world.layout, world.robot_pose, world.people_poses
+        velocity = turned_velocities(frame[2], world.robot_velocity[np.newaxis])
+        values[self._slices["robot"]] = (*velocity[0], time_left)
+        values[self._slices["goal"]] = points_in_frame(frame, layout.goal[np.newaxis])[0]
+        interacting = np.zeros(len(people))
+        interacting[layout.interaction_pairs[layout.interaction_pairs < len(people)]] = 1.0
+        velocities = turned_velocities(frame[2], world.people_velocities)
+        people_rows = _people_rows(poses_in_frame(frame, people), velocities, interacting)
+        self._put(values, "people", people_rows)
+        objects = _object_rows(poses_in_frame(frame, layout.object_poses), layout.object_sizes)
+        self._put(values, "objects", objects)
+        self._put(values, "walls", lines_in_frame(frame, layout.room.walls))
+        self._put(values, "interactions", lines_in_frame(frame, interaction_lines(layout, people)))
+        np.clip(values, self._low, self._high, out=values)
+        return {name: values[part] for name, part in self._slices.items() if part.stop > part.start}
+
+    def _put(self, values: Float32Array, name: str, rows: FloatArray) -> None:
+        """Write rows, the nearest where there are too many, and mark them as present."""
+        capacity, first = self.capacities[name], self._slices[name].start
+        if len(rows) > capacity:
+            nearest = np.argsort(np.hypot(rows[:, 0], rows[:, 1]), kind="stable")[:capacity]
+            rows = rows[np.sort(nearest)]
+        values[first : first + rows.size] = rows.ravel()
+        mask = self._slices[f"{name}_mask"].start
+        values[mask : mask + len(rows)] = 1.0
+
+
+OBSERVATIONS: dict[str, Callable[[EnvConfig], Observation]] = {"entities": EntitiesObservation}
+
+
+def make_observation(observation: str | Observation, config: EnvConfig) -> Observation:
+    """Return the observation of this name, or the given one if it is an `Observation` already.
+
+    Raises `ValueError` for a name that nobody goes by and for an object that is not an observation.
+    """
+    if isinstance(observation, str):
+        if observation not in OBSERVATIONS:
+            valid = ", ".join(OBSERVATIONS)
+            raise ValueError(f"observation must be one of {valid} or an Observation object, got {observation!r}")
+        return OBSERVATIONS[observation](config)
+    if not isinstance(observation, Observation):
+        raise ValueError(
+            f"observation must be one of {', '.join(OBSERVATIONS)} or an object with space() and "
+            f"observe(world, time_left), got {type(observation).__name__}"
+        )
+    return observation
+
+
+def longest_sight(room: RoomConfig) -> float:
+    """[m] no two points of a room that the config allows are further apart."""
+    side = max(room.square_side[1], room.rectangle_side[1], 3 * room.l_unit[1])
+    return math.sqrt(2) * side
+
+
+@njit
+def _people_rows(poses: FloatArray, velocities: FloatArray, interacting: FloatArray) -> FloatArray:
+    rows = np.empty((len(poses), 8))
+    for index in range(len(poses)):
+        rows[index, :2] = poses[index, :2]
+        rows[index, 2] = math.cos(poses[index, 2])
+        rows[index, 3] = math.sin(poses[index, 2])
+        rows[index, 4:7] = velocities[index]
+        rows[index, 7] = interacting[index]
+    return rows
+
+
+@njit
+def _object_rows(poses: FloatArray, sizes: FloatArray) -> FloatArray:
+    rows = np.empty((len(poses), 6))
+    for index in range(len(poses)):
+        rows[index, :2] = poses[index, :2]
+        rows[index, 2] = math.cos(poses[index, 2])
+        rows[index, 3] = math.sin(poses[index, 2])
+        rows[index, 4:] = sizes[index]
+    return rows

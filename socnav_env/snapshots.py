@@ -1,0 +1,91 @@
+"""From the world to what the reward model reads: snapshots in the robot's frame, and the window of the last seconds."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from reward_model.graph import FRAME_SPACING, NUM_FRAMES, FrameGraph, frame_graph, select_window, wall_segments
+from reward_model.scenario import DEFAULT_INTERVAL, Interactions, Objects, People, Snapshot
+from socnav_env.frames import points_in_frame, pose_rates, poses_in_frame
+from socnav_env.layout import FloatArray
+
+if TYPE_CHECKING:
+    from socnav_env.world import World
+
+
+class Recorder:
+    """Takes snapshots of one episode's world and keeps those that a window can still need.
+
+    The first one is taken when the recorder is made; like the first of every recorded sequence it has no
+    velocities. Each snapshot becomes a frame graph once, which all windows share.
+
+    control_period: [s] between two snapshots
+    """
+
+    def __init__(self, world: World, control_period: float) -> None:
+        layout = world.layout
+        self._world = world
+        self._control_period = control_period
+        self._people_ids = np.arange(1, layout.num_people + 1)
+        self._object_ids = np.arange(layout.num_people + 1, layout.num_people + layout.num_objects + 1)
+        self._interactions = Interactions(layout.interaction_pairs + 1, layout.interaction_relations)
+        self._object_sizes = layout.object_sizes
+        self._segments = wall_segments(layout.room.walls)
+        self._fixed_poses = layout.object_poses
+        self._fixed_points = np.vstack([layout.goal, layout.room.corners])
+        self._poses: FloatArray | None = None  # of people, then objects, in the last snapshot
+        capacity = frames_per_window(control_period)
+        self._snapshots: deque[Snapshot] = deque(maxlen=capacity)
+        self._frames: deque[FrameGraph] = deque(maxlen=capacity)
+        self.record()
+
+    def record(self) -> None:
+        """Take a snapshot of the world as it is now; once after every control period."""
+        snapshot = self._snapshot()
+        self._snapshots.append(snapshot)
+        self._frames.append(frame_graph(snapshot, self._segments))
+
+    @property
+    def snapshots(self) -> tuple[Snapshot, ...]:
+        """The last two seconds and a little, oldest first."""
+        return tuple(self._snapshots)
+
+    def window(self) -> list[FrameGraph]:
+        """The frames that the last second is judged by: up to three, a second apart, newest first."""
+        return [self._frames[index] for index in select_window([each.timestamp for each in self._snapshots])]
+
+    def _snapshot(self) -> Snapshot:
+        robot_pose, num_people = self._world.robot_pose, len(self._people_ids)
+        poses = poses_in_frame(robot_pose, np.concatenate([self._world.people_poses, self._fixed_poses]))
+        earlier = poses if self._poses is None else self._poses
+        velocities = pose_rates(earlier, poses, self._control_period)
+        self._poses = poses
+        points = points_in_frame(robot_pose, self._fixed_points)
+        return Snapshot(
+            timestamp=self._world.time,
+            interval=DEFAULT_INTERVAL,
+            command=self._world.command,
+            goal=points[0],
+            people=People(self._people_ids, poses[:num_people], velocities[:num_people]),
+            objects=Objects(self._object_ids, poses[num_people:], velocities[num_people:], self._object_sizes),
+            walls=_closed_walls(points[1:]),
+            interactions=self._interactions,
+            robot_pose=robot_pose,
+        )
+
+
+def frames_per_window(control_period: float) -> int:
+    """How many snapshots, one each control period [s], a window reaches across."""
+    return (NUM_FRAMES - 1) * math.ceil(FRAME_SPACING / control_period - 1e-6) + 1
+
+
+def _closed_walls(corners: FloatArray) -> FloatArray:
+    walls = np.empty((len(corners), 4))
+    walls[:, :2] = corners
+    walls[:-1, 2:] = corners[1:]
+    walls[-1, 2:] = corners[0]
+    return walls
