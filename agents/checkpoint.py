@@ -1,0 +1,103 @@
+"""Checkpoints of a training run: one safetensors file that holds all that is needed to go on. Nothing is pickled."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from safetensors import SafetensorError, safe_open
+from safetensors.torch import save
+from stable_baselines3 import PPO
+from stable_baselines3.common.vec_env import VecNormalize
+from torch import Tensor
+
+from agents.errors import AgentError
+from agents.policy import fill_network, network_tensors
+from reward_model.files import replace_file
+
+CHECKPOINT_FILE = "checkpoint.safetensors"
+CHECKPOINT_FORMAT = "socnav2-checkpoint-1"
+
+
+@dataclass
+class History:
+    """What the learning curve is drawn from.
+
+    training: one row an update: timesteps and the means of the latest episodes
+    evaluations: one row an evaluation: timesteps, and by measure mean, low and high
+    """
+
+    training: list[dict[str, float]] = field(default_factory=list)
+    evaluations: list[dict[str, Any]] = field(default_factory=list)
+
+
+def save_checkpoint(path: Path, model: PPO, history: History) -> None:
+    """Write networks, optimizer, reward scale, timesteps and history of a run."""
+    scale = _reward_scale(model).ret_rms
+    progress = {
+        "timesteps": model.num_timesteps,
+        "updates": model._n_updates,
+        "reward_scale": {"mean": float(scale.mean), "var": float(scale.var), "count": float(scale.count)},
+        "history": {"training": history.training, "evaluations": history.evaluations},
+    }
+    tensors = {f"policy.{name}": tensor for name, tensor in network_tensors(model.policy).items()}
+    for index, state in model.policy.optimizer.state_dict()["state"].items():
+        tensors |= {f"optimizer.{index}.{name}": tensor.contiguous() for name, tensor in state.items()}
+    metadata = {"format": CHECKPOINT_FORMAT, "progress": json.dumps(progress)}
+    replace_file(path, save(tensors, metadata))
+
+
+def load_checkpoint(path: Path) -> Checkpoint:
+    """Read what `save_checkpoint` wrote. Raises `AgentError` naming the file if it is anything else."""
+    try:
+        with safe_open(path, framework="pt") as stored:
+            metadata = stored.metadata() or {}
+            tensors = {name: stored.get_tensor(name) for name in stored.keys()}  # noqa: SIM118 no mapping
+    except (OSError, SafetensorError) as error:
+        raise AgentError(f"{path}: is not a checkpoint: {error}") from error
+    if metadata.get("format") != CHECKPOINT_FORMAT:
+        found = metadata.get("format")
+        raise AgentError(f"{path}: is not a checkpoint: format must be {CHECKPOINT_FORMAT}, got {found}")
+    progress = json.loads(metadata["progress"])
+    return Checkpoint(path, tensors, progress, History(**progress["history"]))
+
+
+@dataclass(frozen=True, eq=False)
+class Checkpoint:
+    """A checkpoint in memory; `restore` puts it into a model of the same sizes."""
+
+    path: Path
+    tensors: dict[str, Tensor]
+    progress: dict[str, Any]
+    history: History
+
+    @property
+    def timesteps(self) -> int:
+        """Timesteps trained so far."""
+        return int(self.progress["timesteps"])
+
+    def restore(self, model: PPO) -> None:
+        """Put networks, optimizer, reward scale and timesteps into `model`."""
+        fill_network(model.policy, self._part("policy."), self.path)
+        optimizer = model.policy.optimizer.state_dict()
+        for name, tensor in self._part("optimizer.").items():
+            index, key = name.split(".")
+            optimizer["state"].setdefault(int(index), {})[key] = tensor
+        model.policy.optimizer.load_state_dict(optimizer)
+        scale, stored = _reward_scale(model).ret_rms, self.progress["reward_scale"]
+        scale.mean, scale.var = np.asarray(stored["mean"]), np.asarray(stored["var"])
+        scale.count = stored["count"]
+        model.num_timesteps = self.timesteps
+        model._n_updates = int(self.progress["updates"])
+
+    def _part(self, prefix: str) -> dict[str, Tensor]:
+        return {name.removeprefix(prefix): tensor for name, tensor in self.tensors.items() if name.startswith(prefix)}
+
+
+def _reward_scale(model: PPO) -> VecNormalize:
+    scale = model.get_vec_normalize_env()
+    assert scale is not None, "models are built with reward scaling"
+    return scale

@@ -1,0 +1,156 @@
+"""Reads the `entities` observation: a permutation-invariant, mask-aware features extractor for SB3 policies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import torch
+from gymnasium import spaces
+from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
+from torch import Tensor, nn
+
+POSITION_SCALE = 0.2  # 1/m, so that a room's positions lie within about -2..2
+NEARNESS_SOFTENING = 0.3  # m, nearness is 1 / (distance + this)
+POLAR_WIDTH = 6  # what `polar` makes of a point
+TINY = 1e-6  # m, keeps directions finite at the origin
+
+
+class EntityFeatures(BaseFeaturesExtractor):
+    """Encodes every entity together with the robot's own state and the goal, then pools each type over its members.
+
+    Each entity is described by its point closest to the robot (as `polar` gives it) and its own attributes.
+    A type's encoder lifts that to `hidden` numbers, to which the encoded robot and goal are added; a second
+    layer, shared by all types, follows. The maximum over the members of each type, 0 where there are none, and
+    the encoded robot and goal are the features. A type that the configuration rules out has no part in it.
+
+    Reordering the rows of a type, or changing rows whose mask is 0, changes nothing.
+
+    Args:
+        observation_space: the Dict space of the `entities` observation; capacities and row widths follow from it.
+        hidden: how many numbers encode one entity.
+
+    """
+
+    def __init__(self, observation_space: spaces.Dict, hidden: int = 64) -> None:
+        kinds = [kind for kind in ATTRIBUTES if kind in observation_space.spaces]
+        super().__init__(observation_space, features_dim=(len(kinds) + 1) * hidden)
+        self.capacities = {kind: _length(observation_space, f"{kind}_mask") for kind in kinds}
+        self.encoders = nn.ModuleDict({kind: nn.Linear(POLAR_WIDTH + ATTRIBUTES[kind].width, hidden) for kind in kinds})
+        own_width = _length(observation_space, "robot") + POLAR_WIDTH
+        self.context = nn.Linear(own_width, hidden)
+        self.own = nn.Linear(own_width, hidden)
+        self.shared = nn.Linear(hidden, hidden)
+
+    def forward(self, observations: dict[str, Tensor]) -> Tensor:
+        """Return the features of a batch of observations, (batch, (kinds + 1) * hidden)."""
+        with torch.no_grad():
+            own, described, mask = describe(observations, self.capacities)
+        features = [torch.relu(self.own(own))]
+        if described:
+            rows = torch.cat([self.encoders[kind](described[kind]) for kind in described], dim=1)
+            rows = torch.relu(rows + self.context(own)[:, None])  # (batch, entities, hidden)
+            rows = torch.relu(self.shared(rows)) * mask[:, :, None]
+            features += [members.amax(dim=1) for members in torch.split(rows, list(self.capacities.values()), dim=1)]
+        return torch.cat(features, dim=1)
+
+
+def describe(observations: dict[str, Tensor], capacities: dict[str, int]) -> tuple[Tensor, dict[str, Tensor], Tensor]:
+    """Turn an observation into what the network's first layers read; there is nothing to learn in here.
+
+    Returns:
+        own: (batch, robot + 6) the robot's state and the goal as `polar` gives it
+        described: per type (batch, capacity, width) the closest point as `polar` gives it, then the attributes
+        mask: (batch, entities) 1 where there is an entity
+
+    """
+    rows = {kind: torch.unflatten(observations[kind], 1, (capacity, -1)) for kind, capacity in capacities.items()}
+    points = [observations["goal"][:, None], *(ATTRIBUTES[kind].closest(rows[kind]) for kind in rows)]
+    goal, *polars = torch.split(polar(torch.cat(points, dim=1)), [1, *capacities.values()], dim=1)
+    described = {
+        kind: torch.cat([closest, ATTRIBUTES[kind].of(rows[kind], closest)], dim=-1)
+        for kind, closest in zip(rows, polars, strict=True)
+    }
+    masks = [observations[f"{kind}_mask"] for kind in rows]
+    mask = torch.cat(masks, dim=1) if masks else torch.empty(len(goal), 0)
+    return torch.cat([observations["robot"], goal[:, 0]], dim=1), described, mask
+
+
+def polar(points: Tensor) -> Tensor:
+    """Describe points (..., 2) [m] by six numbers.
+
+    They are the scaled position, the direction (cosine and sine of the bearing), the scaled distance and the
+    nearness 1 / (distance + 0.3 m).
+    """
+    distance = torch.linalg.vector_norm(points, dim=-1, keepdim=True)
+    return torch.cat(
+        [
+            points * POSITION_SCALE,
+            points / (distance + TINY),
+            distance * POSITION_SCALE,
+            1.0 / (distance + NEARNESS_SOFTENING),
+        ],
+        dim=-1,
+    )
+
+
+def closest_on_segments(segments: Tensor) -> Tensor:
+    """Return the points (..., 2) closest to the origin on segments (..., 4) given as x1, y1, x2, y2."""
+    start = segments[..., :2]
+    along = segments[..., 2:] - start
+    share = -(start * along).sum(dim=-1, keepdim=True) / ((along * along).sum(dim=-1, keepdim=True) + TINY)
+    return start + share.clamp(0.0, 1.0) * along
+
+
+def closest_on_boxes(boxes: Tensor) -> Tensor:
+    """Return the points (..., 2) closest to the origin on boxes (..., 6).
+
+    A box is given as x, y of its centre, cosine and sine of its heading, width along the heading and depth.
+    """
+    centre, cosine, sine = boxes[..., :2], boxes[..., 2:3], boxes[..., 3:4]
+    axis = torch.cat([cosine, sine], dim=-1)
+    normal = torch.cat([-sine, cosine], dim=-1)
+    half = boxes[..., 4:6] / 2
+    along = -(centre * axis).sum(dim=-1, keepdim=True).clamp(-half[..., :1], half[..., :1])
+    across = -(centre * normal).sum(dim=-1, keepdim=True).clamp(-half[..., 1:], half[..., 1:])
+    return centre + along * axis + across * normal
+
+
+class Attributes(NamedTuple):
+    """What is read off the rows of one type.
+
+    closest: rows (..., row width) to the points (..., 2) closest to the robot
+    of: rows and their closest points as `polar` gives them to the attributes (..., width)
+    """
+
+    width: int
+    closest: Callable[[Tensor], Tensor]
+    of: Callable[[Tensor, Tensor], Tensor]
+
+
+def _people_attributes(rows: Tensor, closest: Tensor) -> Tensor:
+    """Add the speed at which somebody moves away along the line from the robot to the person."""
+    parting = (rows[..., 4:6] * closest[..., 2:4]).sum(dim=-1, keepdim=True)
+    return torch.cat([rows[..., :2] * POSITION_SCALE, rows[..., 2:], parting], dim=-1)
+
+
+def _object_attributes(rows: Tensor, closest: Tensor) -> Tensor:
+    return torch.cat([rows[..., :2] * POSITION_SCALE, rows[..., 2:]], dim=-1)
+
+
+def _line_attributes(rows: Tensor, closest: Tensor) -> Tensor:
+    return rows * POSITION_SCALE
+
+
+ATTRIBUTES = {
+    "people": Attributes(9, lambda rows: rows[..., :2], _people_attributes),
+    "objects": Attributes(6, closest_on_boxes, _object_attributes),
+    "walls": Attributes(4, closest_on_segments, _line_attributes),
+    "interactions": Attributes(4, closest_on_segments, _line_attributes),
+}
+
+
+def _length(space: spaces.Dict, key: str) -> int:
+    shape = space[key].shape
+    assert shape is not None, f"{key} is a Box"
+    return shape[0]

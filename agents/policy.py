@@ -1,0 +1,165 @@
+"""What every agent is: something with Stable-Baselines3's `predict`; and how to get one by name or path."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agents.errors import AgentError, require
+from reward_model.files import replace_file
+
+if TYPE_CHECKING:
+    from gymnasium import spaces
+    from stable_baselines3.common.policies import ActorCriticPolicy
+    from torch import Tensor
+
+Observation = dict[str, NDArray[np.float32]]
+State = tuple[NDArray[Any], ...] | None
+
+AGENT_FILE = "agent.safetensors"
+SHIPPED_FOLDER = Path(__file__).parent / "weights"
+AGENT_FORMAT = "socnav2-agent-1"
+
+
+@runtime_checkable
+class Policy(Protocol):
+    """Chooses actions; the signature is the one of Stable-Baselines3's policies and algorithms."""
+
+    def predict(
+        self,
+        observation: Any,
+        state: State = None,
+        episode_start: NDArray[np.bool_] | None = None,
+        deterministic: bool = False,
+    ) -> tuple[NDArray[np.float32], State]:
+        """Return the action for one observation, or one action each for a batch, and the next recurrent state.
+
+        Args:
+            observation: an `entities` observation, or one with a leading batch dimension on every entry.
+            state: recurrent state; the agents of this package have none and pass it through.
+            episode_start: (batch,) where an episode has just begun; unused without a state.
+            deterministic: take the most probable action instead of drawing one.
+
+        """
+        ...
+
+
+def load_agent(name_or_path: str | Path) -> Policy:
+    """Return an agent by name or path.
+
+    Args:
+        name_or_path: `random`, `straight`, the name of an agent that ships with the package, the output folder
+            of a training run, or an agent's file.
+
+    Raises:
+        AgentError: there is no such agent, or its file is broken; the message lists the names.
+
+    """
+    from agents.baselines import BASELINES
+
+    name = str(name_or_path)
+    if name in BASELINES:
+        return BASELINES[name]()
+    for path in (SHIPPED_FOLDER / f"{name}.safetensors", Path(name) / AGENT_FILE, Path(name)):
+        if path.is_file():
+            return load_policy(path)
+    raise AgentError(f"no agent {name!r}; valid are {', '.join(agent_names())}, a run's folder or an agent's file")
+
+
+def agent_names() -> list[str]:
+    """Return the names that `load_agent` knows: the baselines and the agents that ship with the package."""
+    from agents.baselines import BASELINES
+
+    return [*BASELINES, *sorted(path.stem for path in SHIPPED_FOLDER.glob("*.safetensors"))]
+
+
+def build_policy(
+    observation_space: spaces.Dict, action_space: spaces.Box, architecture: dict[str, Any]
+) -> ActorCriticPolicy:
+    """Return an untrained network whose sizes are given as `policy_arguments` gives them."""
+    from stable_baselines3.common.policies import MultiInputActorCriticPolicy
+
+    return MultiInputActorCriticPolicy(observation_space, action_space, lambda _: 0.0, **policy_arguments(architecture))
+
+
+def policy_arguments(architecture: dict[str, Any]) -> dict[str, Any]:
+    """Return SB3's `policy_kwargs` for `entity_width`, `net_arch` and `log_std_init`."""
+    from torch import nn
+
+    from agents.features import EntityFeatures
+
+    layers = list(architecture["net_arch"])
+    return {
+        "features_extractor_class": EntityFeatures,
+        "features_extractor_kwargs": {"hidden": architecture["entity_width"]},
+        "net_arch": {"pi": layers, "vf": layers},
+        "activation_fn": nn.ReLU,
+        "log_std_init": architecture["log_std_init"],
+    }
+
+
+def save_policy(policy: ActorCriticPolicy, architecture: dict[str, Any], path: Path) -> None:
+    """Write a trained network to one safetensors file, its sizes and spaces in the file's header."""
+    from safetensors.torch import save
+
+    description = {
+        "architecture": architecture,
+        "observation": {
+            key: {"low": box.low.tolist(), "high": box.high.tolist()}
+            for key, box in policy.observation_space.spaces.items()  # type: ignore[attr-defined]
+        },
+        "action": {"low": policy.action_space.low.tolist(), "high": policy.action_space.high.tolist()},  # type: ignore[attr-defined]
+    }
+    metadata = {"format": AGENT_FORMAT, "description": json.dumps(description)}
+    replace_file(path, save(network_tensors(policy), metadata))
+
+
+def network_tensors(policy: ActorCriticPolicy) -> dict[str, Tensor]:
+    """Return the weights of a network by name, each once, though SB3 knows a shared part by three names."""
+    return {name: tensor.detach().contiguous() for name, tensor in policy.named_parameters()}
+
+
+def fill_network(policy: ActorCriticPolicy, tensors: dict[str, Tensor], where: Path) -> None:
+    """Put weights into a network. Raises `AgentError` naming the file `where` if they do not fit it."""
+    own = network_tensors(policy)
+    for name in sorted(own.keys() | tensors.keys()):
+        expected, found = (tuple(part[name].shape) if name in part else None for part in (own, tensors))
+        require(expected == found, f"{where}: {name} must have shape {expected}, got {found}")
+        own[name].copy_(tensors[name])
+
+
+def load_policy(path: Path) -> ActorCriticPolicy:
+    """Read what `save_policy` wrote. Raises `AgentError` naming the file if it is anything else."""
+    from safetensors import SafetensorError, safe_open
+
+    try:
+        with safe_open(path, framework="pt") as stored:
+            metadata = stored.metadata() or {}
+            tensors = {name: stored.get_tensor(name) for name in stored.keys()}  # noqa: SIM118 no mapping
+    except (OSError, SafetensorError) as error:
+        raise AgentError(f"{path}: is not an agent's file: {error}") from error
+    if metadata.get("format") != AGENT_FORMAT:
+        raise AgentError(f"{path}: is not an agent's file: format must be {AGENT_FORMAT}, got {metadata.get('format')}")
+    description = json.loads(metadata["description"])
+    policy = build_policy(
+        _dict_space(description["observation"]), _box(description["action"]), description["architecture"]
+    )
+    fill_network(policy, tensors, path)
+    policy.set_training_mode(False)
+    return policy
+
+
+def _dict_space(boxes: dict[str, dict[str, list[float]]]) -> spaces.Dict:
+    from gymnasium import spaces
+
+    return spaces.Dict({key: _box(bounds) for key, bounds in boxes.items()})
+
+
+def _box(bounds: dict[str, list[float]]) -> spaces.Box:
+    from gymnasium import spaces
+
+    return spaces.Box(np.asarray(bounds["low"], np.float32), np.asarray(bounds["high"], np.float32), dtype=np.float32)

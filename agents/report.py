@@ -1,0 +1,122 @@
+"""What a run leaves to look at: the table of agents, the learning curve, the film of an episode."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.table import Table
+
+from agents.checkpoint import History
+from agents.envs import EnvironmentMaker
+from agents.evaluation import Evaluation, Interval
+from agents.policy import Policy
+from reward_model.files import replace_file
+
+TABLE_MEASURES = {
+    "success": "success",
+    "collision_person": "hit person",
+    "collision_object": "hit object",
+    "collision_wall": "hit wall",
+    "timeout": "timeout",
+    "return": "return",
+    "q2_mean": "Q2",
+    "spl": "SPL",
+    "time_to_goal": "time to goal [s]",
+    "min_person_distance": "closest person [m]",
+}
+CURVE_PANELS = {"success": "Success rate", "return": "Return", "q2": "Mean Q2"}
+CURVE_COLOUR, EVALUATION_COLOUR = "#7aa6c2", "#c44e52"
+SMOOTHING = 5  # updates that the drawn curve averages over
+PLAYBACK = 4  # films run this many times faster than the episode
+
+
+def evaluation_table(evaluations: Mapping[str, Evaluation]) -> Table:
+    """Return a table with a row for each agent: means, and the 95 % interval below them."""
+    episodes = max(len(evaluation.episodes) for evaluation in evaluations.values())
+    table = Table(title=f"{episodes} episodes; mean and 95 % bootstrap interval")
+    table.add_column("agent")
+    shown = [name for name in TABLE_MEASURES if any(name in item.summary for item in evaluations.values())]
+    for name in shown:
+        table.add_column(TABLE_MEASURES[name], justify="right")
+    for agent, evaluation in evaluations.items():
+        table.add_row(agent, *(_cell(evaluation.summary.get(name)) for name in shown), end_section=True)
+    return table
+
+
+def _cell(interval: Interval | None) -> str:
+    if interval is None or not interval.episodes:
+        return "-"
+    return f"{interval.mean:.2f}\n{interval.low:.2f}..{interval.high:.2f}"
+
+
+def plot_learning_curve(history: History, title: str, path: Path) -> None:
+    """Draw success rate, return and Q2 over the timesteps, with the evaluations' means and intervals, to a PNG."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    panels = [name for name in CURVE_PANELS if any(name in row for row in history.training)]
+    figure = Figure(figsize=(4.4 * max(1, len(panels)), 3.6), layout="constrained")
+    FigureCanvasAgg(figure)
+    figure.suptitle(title, fontsize=12)
+    for position, name in enumerate(panels):
+        axes = figure.add_subplot(1, len(panels), position + 1)
+        _draw_panel(axes, history, name)
+    image = io.BytesIO()
+    figure.savefig(image, format="png", dpi=150)
+    replace_file(path, image.getvalue())
+
+
+def _draw_panel(axes: Any, history: History, name: str) -> None:
+    rows = [row for row in history.training if name in row]
+    values = np.array([row[name] for row in rows])
+    smooth = [values[max(0, end - SMOOTHING) : end].mean() for end in range(1, len(values) + 1)]
+    axes.plot([row["timesteps"] for row in rows], smooth, color=CURVE_COLOUR, label="training")
+    points = [row for row in history.evaluations if name in row]
+    if points:
+        means = np.array([row[name]["mean"] for row in points])
+        below = means - [row[name]["low"] for row in points]
+        above = [row[name]["high"] for row in points] - means
+        axes.errorbar(
+            [row["timesteps"] for row in points],
+            means,
+            yerr=[below, above],
+            fmt="o",
+            markersize=4,
+            capsize=2,
+            color=EVALUATION_COLOUR,
+            label="evaluation, 95 % interval",
+        )
+    axes.set_title(CURVE_PANELS[name], fontsize=10)
+    axes.set_xlabel("timesteps")
+    if name == "success":
+        axes.set_ylim(-0.02, 1.02)
+    axes.xaxis.set_major_formatter(lambda value, _: f"{value / 1000:g}k" if value else "0")
+    axes.grid(alpha=0.3)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.legend(fontsize=8, frameon=False)
+
+
+def film_episode(policy: Policy, make: EnvironmentMaker, seed: int, path: Path) -> None:
+    """Play one episode and write it as a looping GIF, four times as fast as it happened."""
+    import imageio.v3 as imageio
+
+    env = make(render_mode="rgb_array")
+    try:
+        observation, _ = env.reset(seed=seed)
+        frames: list[Any] = [env.render()]
+        ended = False
+        while not ended:
+            action, _ = policy.predict(observation, deterministic=True)
+            observation, _, terminated, truncated, _ = env.step(action)
+            frames.append(env.render())
+            ended = terminated or truncated
+        rate = float(env.metadata.get("render_fps", 5))
+    finally:
+        env.close()
+    duration = max(20, round(1000 / (rate * PLAYBACK)))  # ms a frame; viewers slow down anything shorter
+    film: Any = imageio.imwrite("<bytes>", np.stack(frames), extension=".gif", duration=duration, loop=0)
+    replace_file(path, bytes(film))

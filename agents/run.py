@@ -1,0 +1,109 @@
+"""One training run from its folder to its report; `train_agent.py` parses and calls this."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rich.console import Console
+
+from agents.config import TrainingConfig
+from agents.envs import EnvironmentMaker, SocNavMaker
+from agents.errors import AgentError
+from agents.evaluation import Evaluation, evaluate, evaluation_seeds
+from agents.files import read_object, write_json
+from agents.policy import AGENT_FILE, load_agent, load_policy
+from agents.ppo import train
+from agents.report import evaluation_table, film_episode, plot_learning_curve
+
+RUNS_FOLDER = Path("runs")
+CONFIG_FILE = "config.json"
+EVALUATION_FILE = "eval.json"
+CURVE_FILE = "learning_curve.png"
+FILM_FILE = "episode.gif"
+COMPARED = ("random", "straight")  # baselines evaluated beside the trained agent
+
+
+def check_environment(config: TrainingConfig) -> None:
+    """Raise `AgentError` in one line if the environment cannot be made, before anything is written."""
+    from socnav_env.rewards import REWARDS
+
+    if config.reward not in REWARDS:
+        raise AgentError(f"unknown reward {config.reward!r}; valid are {', '.join(sorted(REWARDS))}")
+    try:
+        environment_maker(config)().close()
+    except (ValueError, OSError) as error:
+        raise AgentError(str(error)) from error
+
+
+def environment_maker(config: TrainingConfig) -> SocNavMaker:
+    """Return what makes the environments of a run."""
+    return SocNavMaker(config.reward, config.weights, config.environment)
+
+
+def read_run(folder: Path) -> TrainingConfig:
+    """Return the config of the run in `folder`. Raises `AgentError` if there is none."""
+    path = folder / CONFIG_FILE
+    if not path.is_file():
+        raise AgentError(f"{folder}: is no training run: it has no {CONFIG_FILE}; give the folder of an earlier run")
+    return TrainingConfig.from_dict(read_object(path), str(path))
+
+
+def new_folder(config: TrainingConfig, wanted: Path | None) -> Path:
+    """Return the folder of a new run: the one that is wanted, or the first free number under `runs`.
+
+    Raises `AgentError` if the folder already has a run.
+    """
+    if wanted is not None:
+        if (wanted / CONFIG_FILE).exists():
+            raise AgentError(f"{wanted}: already holds a run; continue it with --resume {wanted} or choose another")
+        return wanted
+    number = 1
+    while (RUNS_FOLDER / f"ppo-{config.reward}-{number}").exists():
+        number += 1
+    return RUNS_FOLDER / f"ppo-{config.reward}-{number}"
+
+
+def run(config: TrainingConfig, folder: Path, make: EnvironmentMaker, console: Console) -> bool:
+    """Train, evaluate beside the baselines and report, all into `folder`.
+
+    Returns:
+        Whether it ran to the end; False if the user stopped the training.
+
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    write_json(folder / CONFIG_FILE, config.to_dict())
+    console.print(f"training with reward {config.reward} into {folder}")
+    history = train(config, make, folder, console)
+    if history is None:
+        console.print(f"stopped; continue with: python train_agent.py --resume {folder}")
+        return False
+    plot_learning_curve(history, f"PPO, reward {config.reward}, seed {config.seed}", folder / CURVE_FILE)
+    evaluations = evaluate_beside_baselines(config, make, folder, console)
+    console.print(evaluation_table(evaluations))
+    film_episode(load_policy(folder / AGENT_FILE), make, evaluation_seeds(1)[0], folder / FILM_FILE)
+    console.print(f"written to {folder}: {AGENT_FILE}, {EVALUATION_FILE}, {CURVE_FILE}, {FILM_FILE}")
+    return True
+
+
+def evaluate_beside_baselines(
+    config: TrainingConfig, make: EnvironmentMaker, folder: Path, console: Console
+) -> dict[str, Evaluation]:
+    """Evaluate the trained agent and the baselines on the same episodes and write `eval.json`."""
+    seeds = evaluation_seeds(config.eval_episodes)
+    agents = {"ppo": load_policy(folder / AGENT_FILE)} | {name: load_agent(name) for name in COMPARED}
+    evaluations = {}
+    for name, policy in agents.items():
+        with console.status(f"evaluating {name} over {len(seeds)} episodes"):
+            evaluations[name] = evaluate(policy, make, seeds, max(1, config.num_workers))
+    write_evaluations(evaluations, environment_settings(config), folder / EVALUATION_FILE)
+    return evaluations
+
+
+def environment_settings(config: TrainingConfig) -> dict[str, object]:
+    """Return what an evaluation file says about the environment."""
+    return {"reward": config.reward, "weights": config.weights, "environment": config.environment}
+
+
+def write_evaluations(evaluations: dict[str, Evaluation], settings: dict[str, object], path: Path) -> None:
+    """Write evaluations by agent, with the settings they were made under, as JSON."""
+    write_json(path, {**settings, "agents": {name: item.to_dict() for name, item in evaluations.items()}})

@@ -1,0 +1,111 @@
+"""The command line of `train_agent.py`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import tyro
+from rich.console import Console
+
+from agents.config import PPOConfig, TrainingConfig
+from agents.errors import AgentError
+from agents.files import read_object
+
+USER_ERROR = 2
+INTERRUPTED = 130
+FIXED = ("reward", "weights", "num_envs", "seed", "environment", "ppo")  # a resumed run cannot change these
+
+
+@dataclass(frozen=True)
+class Options:
+    """Train a PPO agent in SocNav2-v0, evaluate it beside the baselines and save everything in a folder.
+
+    Without options it takes about a quarter of an hour on two cores. A run that was stopped or killed continues
+    with --resume; its options are then remembered.
+    """
+
+    total_timesteps: int = TrainingConfig.total_timesteps
+    """Control steps to train for, all environments together."""
+    reward: str = TrainingConfig.reward
+    """Reward to train with: learned, q2, crowdnav, sparse, ..."""
+    num_envs: int = TrainingConfig.num_envs
+    """Environments that run side by side."""
+    seed: int = TrainingConfig.seed
+    """Seed of the networks, the exploration and the episodes."""
+    output_dir: Path | None = None
+    """Folder for everything the run writes; by default the first free runs/ppo-REWARD-NUMBER."""
+    resume: Path | None = None
+    """Folder of a run to continue from its last checkpoint."""
+    eval_episodes: int = TrainingConfig.eval_episodes
+    """Episodes of the evaluation at the end."""
+    num_workers: int = TrainingConfig.num_workers
+    """Processes that simulate; 0 simulates in this one."""
+    weights: str = TrainingConfig.weights
+    """Weights of the learned reward: default, published or a path."""
+    env_config: Path | None = None
+    """JSON file with the environment's configuration, where it differs from the default."""
+    evaluation_interval: int = TrainingConfig.evaluation_interval
+    """Timesteps between two evaluations during training."""
+    evaluation_episodes: int = TrainingConfig.evaluation_episodes
+    """Episodes of each evaluation during training."""
+    checkpoint_interval: int = TrainingConfig.checkpoint_interval
+    """Timesteps between two checkpoints."""
+    ppo: PPOConfig = field(default_factory=PPOConfig)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command and return its exit status: 0, 2 for bad input, 130 if the user stopped it."""
+    console = Console()
+    try:
+        config, folder = _prepare(arguments)
+        from agents.run import environment_maker, run
+
+        return 0 if run(config, folder, environment_maker(config), console) else INTERRUPTED
+    except AgentError as error:
+        print(f"train_agent.py: {error}", file=sys.stderr)
+        return USER_ERROR
+    except KeyboardInterrupt:
+        print("train_agent.py: interrupted", file=sys.stderr)
+        return INTERRUPTED
+
+
+def _prepare(arguments: Sequence[str] | None) -> tuple[TrainingConfig, Path]:
+    """Return the run's config and folder. Raises `AgentError` on bad input, before anything is written."""
+    options = tyro.cli(Options, args=arguments)
+    from agents.run import check_environment, new_folder, read_run
+
+    if options.resume is None:
+        config = _config(options, {} if options.env_config is None else read_object(options.env_config))
+        check_environment(config)
+        return config, new_folder(config, options.output_dir)
+    if options.output_dir is not None:
+        raise AgentError("give either --output-dir for a new run or --resume for an earlier one, not both")
+    stored = read_run(options.resume)
+    options = tyro.cli(Options, args=arguments, default=_options(stored))
+    environment = stored.environment if options.env_config is None else read_object(options.env_config)
+    config = _config(options, environment)
+    for name in FIXED:
+        if getattr(config, name) != getattr(stored, name):
+            raise AgentError(
+                f"{options.resume}: its {name} is {getattr(stored, name)!r} and cannot become "
+                f"{getattr(config, name)!r}; start a new run for that"
+            )
+    check_environment(config)
+    return config, Path(str(options.resume))
+
+
+def _config(options: Options, environment: dict[str, object]) -> TrainingConfig:
+    return TrainingConfig(
+        environment=environment,
+        **{name: getattr(options, name) for name in TrainingConfig.__dataclass_fields__ if name != "environment"},
+    )
+
+
+def _options(config: TrainingConfig) -> Options:
+    return replace(
+        Options(),
+        **{name: getattr(config, name) for name in TrainingConfig.__dataclass_fields__ if name != "environment"},
+    )

@@ -1,0 +1,52 @@
+"""Agents by name and by file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from gymnasium import spaces
+from safetensors.numpy import save_file
+
+from agents import AgentError, agent_names, load_agent
+from agents.baselines import StraightPolicy
+from agents.policy import Policy, build_policy, save_policy
+from tests.agents.disc import entities_space
+
+ARCHITECTURE = {"entity_width": 8, "net_arch": [8], "log_std_init": -0.5}
+ACTIONS = spaces.Box(-1.0, 1.0, (2,), np.float32)
+
+
+def test_baselines_by_name() -> None:
+    assert isinstance(load_agent("straight"), StraightPolicy)
+    assert agent_names()[:2] == ["random", "straight"]
+
+
+def test_a_saved_policy_acts_the_same(tmp_path: Path) -> None:
+    policy = build_policy(entities_space(), ACTIONS, ARCHITECTURE)
+    save_policy(policy, ARCHITECTURE, tmp_path / "agent.safetensors")
+    observation = entities_space().sample()
+    for path in (tmp_path, tmp_path / "agent.safetensors"):
+        loaded = load_agent(path)
+        assert isinstance(loaded, Policy)
+        np.testing.assert_array_equal(
+            loaded.predict(observation, deterministic=True)[0], policy.predict(observation, deterministic=True)[0]
+        )
+    assert [path.name for path in tmp_path.iterdir()] == ["agent.safetensors"]
+
+
+def test_an_unknown_name_lists_the_valid_ones() -> None:
+    with pytest.raises(AgentError, match="no agent 'stright'; valid are random, straight"):
+        load_agent("stright")
+
+
+def test_other_files_are_refused(tmp_path: Path) -> None:
+    text = tmp_path / "notes.txt"
+    text.write_text("no tensors")
+    with pytest.raises(AgentError, match=r"notes\.txt: is not an agent's file"):
+        load_agent(text)
+    tensors = tmp_path / "other.safetensors"
+    save_file({"weight": np.zeros(2, np.float32)}, tensors)
+    with pytest.raises(AgentError, match="format must be socnav2-agent-1, got None"):
+        load_agent(tensors)
