@@ -56,7 +56,7 @@ class EdgelessMPNN(nn.Module):
         return [layer.edge_func.operators(layer.bias) for layer in self.layers]  # type: ignore[operator, union-attr]
 
     def forward(self, batch: WindowBatch) -> Tensor:
-        """(batch, 2) scores; gradients reach the parameters of tabulated edge networks."""
+        """(batch, 2) scores before the final ReLU; gradients reach the parameters of tabulated edge networks."""
         return propagate(batch, self.operators())
 
 
@@ -70,12 +70,12 @@ class _Layer(nn.Module):
 
 
 def propagate(batch: WindowBatch, layers: Items[LayerOperators]) -> Tensor:
-    """Run the network: (batch, 2) scores, not clipped above."""
+    """Run the network up to its final ReLU: (batch, 2)."""
     hidden = batch.features
     for index, layer in enumerate(layers[:-1]):
         frames = min(NUM_FRAMES, len(layers) - index)
         hidden = functional.elu(_all_nodes(batch, layer, hidden, frames))
-    return torch.relu(_newest_room(batch, layers[-1], hidden))
+    return _newest_room(batch, layers[-1], hidden)
 
 
 def _all_nodes(batch: WindowBatch, layer: LayerOperators, hidden: Tensor, frames: int) -> Tensor:

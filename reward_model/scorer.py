@@ -10,10 +10,10 @@ from typing import Final, Literal, Protocol
 import numpy as np
 import platformdirs
 import torch
-from torch import Tensor
 
 from reward_model.checkpoint import Checkpoint, CheckpointError, NetworkConfig, load_checkpoint
 from reward_model.compiled import EdgelessMPNN, propagate
+from reward_model.fused import FusedMPNN
 from reward_model.graph import Float32Array, FrameGraph, scene_graph, sequence_frames
 from reward_model.scenario import Scores, Sequence
 from reward_model.windows import pack_windows
@@ -24,7 +24,7 @@ _LARGEST_BATCH: Final = 256  # windows at once, so that memory stays small for a
 
 
 class _Network(Protocol):
-    def __call__(self, windows: Items[Items[FrameGraph]]) -> Tensor:
+    def __call__(self, windows: Items[Items[FrameGraph]]) -> Float32Array:
         """(num_windows, 2) scores."""
         ...
 
@@ -54,25 +54,33 @@ class SocialScorer:
         """(num_windows, 2) Q1 and Q2 of windows of up to three frames, newest first, made by `frame_graph`."""
         if not windows:
             return np.zeros((0, 2), dtype=np.float32)
-        with torch.inference_mode():
-            parts = [
-                self._network(windows[start : start + _LARGEST_BATCH])
-                for start in range(0, len(windows), _LARGEST_BATCH)
-            ]
-        scores: Float32Array = torch.cat(parts).cpu().numpy()
-        return scores
+        return self._network(windows)
 
 
 class _Compiled:
+    """Windows one by one through compiled code on the CPU, or padded together wherever else."""
+
     def __init__(self, checkpoint: Checkpoint, device: str) -> None:
         network = EdgelessMPNN(checkpoint.config.sizes, checkpoint.config.edge_network)
         _load_state(network, checkpoint)
         with torch.no_grad():
-            self._layers = [layer.to(device) for layer in network.operators()]
+            layers = network.operators()
+        self._fused = FusedMPNN(layers) if device == "cpu" else None
+        self._layers = [layer.to(device) for layer in layers]
         self._device = device
 
-    def __call__(self, windows: Items[Items[FrameGraph]]) -> Tensor:
-        return propagate(pack_windows(windows).to(self._device), self._layers)
+    def __call__(self, windows: Items[Items[FrameGraph]]) -> Float32Array:
+        if self._fused is not None:
+            return np.stack([self._fused(window) for window in windows])
+        with torch.inference_mode():
+            answers = [
+                torch.relu(
+                    propagate(pack_windows(windows[start : start + _LARGEST_BATCH]).to(self._device), self._layers)
+                )
+                for start in range(0, len(windows), _LARGEST_BATCH)
+            ]
+        scores: Float32Array = torch.cat(answers).cpu().numpy()
+        return scores
 
 
 class _OnDGL:
@@ -88,9 +96,10 @@ class _OnDGL:
         self._network.eval().to(device)
         self._device = device
 
-    def __call__(self, windows: Items[Items[FrameGraph]]) -> Tensor:
-        graph = self._batch([scene_graph(window) for window in windows]).to(self._device)
-        scores: Tensor = self._network(graph)
+    def __call__(self, windows: Items[Items[FrameGraph]]) -> Float32Array:
+        with torch.inference_mode():
+            answers = [self._network(self._batch([scene_graph(window)]).to(self._device)) for window in windows]
+        scores: Float32Array = torch.cat(answers).cpu().numpy()
         return scores
 
 
