@@ -90,8 +90,8 @@ class JsonField:
 
     def refused(self, rule: str) -> ScenarioError:
         """Make the complaint that this value breaks a rule, for the caller to raise."""
-        subject = f"{self.path} " if self.path else "this "
-        return ScenarioError(f"{self.place}: {subject}{rule}, got {_shown(self.value)}")
+        subject = f"{self.path} {rule}" if self.path else rule
+        return ScenarioError(f"{self.place}: {subject}, got {_shown(self.value)}")
 
     def _path_to(self, key: str) -> str:
         return f"{self.path}.{key}" if self.path else key

@@ -1,0 +1,125 @@
+"""The commands of `python -m reward_model`. Each loads what it needs when it runs, so that `--help` is quick."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Sequence as Items
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Final, Literal, Protocol
+
+import tyro
+from rich.console import Console
+from rich.progress import track
+
+if TYPE_CHECKING:
+    from reward_model.graph import FrameGraph
+
+USER_ERROR: Final = 2
+INTERRUPTED: Final = 130
+
+
+class Command(Protocol):
+    """What can be run; its fields are its options and its docstring is its help."""
+
+    def run(self) -> None:
+        """Do it. Raises `ValueError` with one line per problem for what the user can put right."""
+        ...
+
+
+@dataclass(frozen=True)
+class Score:
+    """Score recorded scenes: one JSON line a file with its Q1 and Q2, 0 (unacceptable) to 1 (perfect).
+
+    All files are read before the first line is printed. Where one of them is no valid scene, nothing is scored:
+    a line on stderr names each bad file, and the exit status is 2.
+    """
+
+    files: Annotated[tyro.conf.Positional[tuple[Path, ...]], tyro.conf.arg(metavar="FILE...", help_behavior_hint="")]
+    """SocNav2 JSON files."""
+    weights: str = "default"
+    """default (what ships), published (after import-published) or a checkpoint folder."""
+    form: Literal["compiled", "dgl"] = "compiled"
+    """compiled is fast; dgl runs the network as it is defined."""
+
+    def run(self) -> None:
+        """Read every file, then score them together; see the class."""
+        if not self.files:
+            raise ValueError("score needs at least one file")
+        from reward_model.scorer import load_scorer
+
+        scorer = load_scorer(self.weights, self.form)
+        scores = scorer.score_windows(_read_windows(self.files)).tolist()
+        lines = [
+            json.dumps({"file": str(file), "q1": q1, "q2": q2})
+            for file, (q1, q2) in zip(self.files, scores, strict=True)
+        ]
+        print("\n".join(lines), flush=True)
+
+
+@dataclass(frozen=True)
+class ImportPublished:
+    """Store the network published by Bachiller et al. in the user's cache, for the weights `published`.
+
+    The environment variable SOCNAV_CACHE names another folder than the user's cache.
+    """
+
+    source: tyro.conf.Positional[str]
+    """A wheel of the package socnavgym, a folder with it, or socnavgym==0.1.1, which pip then downloads."""
+
+    def run(self) -> None:
+        """Import the weights and print where they are."""
+        from reward_model.published import import_published
+
+        with Console(stderr=True).status(f"importing the published network from {self.source}"):
+            folder = import_published(self.source)
+        print(folder)
+
+
+AnyCommand = (
+    Annotated[Score, tyro.conf.subcommand("score")]
+    | Annotated[ImportPublished, tyro.conf.subcommand("import-published")]
+)
+
+
+def main(arguments: Items[str] | None = None) -> int:
+    """Run a command and return its exit status: 0, 2 for bad input, 130 when interrupted."""
+    command: Command = tyro.cli(AnyCommand, prog="python -m reward_model", args=arguments)
+    try:
+        command.run()
+    except BrokenPipeError:  # whoever reads our output has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except (ValueError, OSError) as error:
+        print("\n".join(f"reward_model: {line}" for line in str(error).splitlines()), file=sys.stderr)
+        return USER_ERROR
+    except KeyboardInterrupt:
+        print("reward_model: interrupted", file=sys.stderr)
+        return INTERRUPTED
+    return 0
+
+
+def _read_windows(files: Items[Path]) -> list[list[FrameGraph]]:
+    """Read the window of each file's last second; every problem goes into one error, a line each."""
+    from reward_model.graph import sequence_frames
+    from reward_model.scenario import ScenarioError
+    from reward_model.socnav2_json import read_socnav2
+
+    windows, problems = [], []
+    console = Console(stderr=True)
+    progress = track(
+        files, "reading", console=console, transient=True, disable=not console.is_terminal or len(files) < 100
+    )
+    for file in progress:
+        try:
+            sequence = read_socnav2(file)
+            try:
+                windows.append(sequence_frames(sequence))
+            except ScenarioError as error:
+                raise ScenarioError(f"{file}: {error}") from error
+        except ScenarioError as error:
+            problems.append(str(error))
+    if problems:
+        raise ScenarioError("\n".join(problems))
+    return windows
