@@ -48,10 +48,11 @@ class Score:
         """Read every file, then score them together; see the class."""
         if not self.files:
             raise ValueError("score needs at least one file")
-        from reward_model.scorer import load_scorer
+        from reward_model.scorer import load_scorer, weights_path
 
-        scorer = load_scorer(self.weights, self.form)
-        scores = scorer.score_windows(_read_windows(self.files)).tolist()
+        weights_path(self.weights)  # where there are none, say so before reading what may be many files
+        windows = _read_windows(self.files)
+        scores = load_scorer(self.weights, self.form).score_windows(windows).tolist()
         lines = [
             json.dumps({"file": str(file), "q1": q1, "q2": q2})
             for file, (q1, q2) in zip(self.files, scores, strict=True)

@@ -13,6 +13,7 @@ import re
 import subprocess
 import sys
 import tempfile
+import warnings
 import zipfile
 from itertools import pairwise
 from pathlib import Path
@@ -122,7 +123,9 @@ def _download(requirement: str, folder: Path) -> Path:
 def _load_state(content: bytes, place: str) -> dict[str, Tensor]:
     """Decode the tensors, and nothing but tensors."""
     try:
-        state = torch.load(io.BytesIO(content), map_location="cpu", weights_only=True)
+        with warnings.catch_warnings():  # of files by other writers, which are refused in our own words
+            warnings.simplefilter("ignore")
+            state = torch.load(io.BytesIO(content), map_location="cpu", weights_only=True)
     except (pickle.UnpicklingError, RuntimeError, EOFError, ValueError, KeyError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise PublishedWeightsError(f"{place}: must be a PyTorch file of tensors: {reason}") from error

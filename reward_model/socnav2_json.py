@@ -209,18 +209,14 @@ def _parse_label(snapshot: JsonField, key: str) -> float | None:
 def _snapshot_document(snapshot: Snapshot, earlier: Snapshot | None) -> dict[str, object]:
     people, objects, interactions = snapshot.people, snapshot.objects, snapshot.interactions
     people_rows = np.hstack(_motion_to_json(people.poses, people.velocities, snapshot.interval))
-    object_rows = np.hstack(
-        [*_motion_to_json(objects.poses, objects.velocities, snapshot.interval), objects.sizes]
-    )
+    object_rows = np.hstack([*_motion_to_json(objects.poses, objects.velocities, snapshot.interval), objects.sizes])
     walls = _positions_to_json(snapshot.walls.reshape(-1, 2)).reshape(-1, 4)
     document: dict[str, object] = {
         "command": (snapshot.command * _COMMAND_UNITS).tolist(),
         "goal": _named_rows(("x", "y"), _positions_to_json(snapshot.goal[None, :])),
         "interaction": [
             {"src": source, "dst": target, "relation": relation}
-            for (source, target), relation in zip(
-                interactions.pairs.tolist(), interactions.relations, strict=True
-            )
+            for (source, target), relation in zip(interactions.pairs.tolist(), interactions.relations, strict=True)
         ],
         "objects": _entity_rows(objects.ids, (*_POSE_FIELDS, *_VELOCITY_FIELDS, *_SIZE_FIELDS), object_rows),
         "people": _entity_rows(people.ids, (*_POSE_FIELDS, *_VELOCITY_FIELDS), people_rows),
@@ -236,9 +232,7 @@ def _snapshot_document(snapshot: Snapshot, earlier: Snapshot | None) -> dict[str
     return document
 
 
-def _motion_to_json(
-    poses: FloatArray, velocities: FloatArray, interval: float
-) -> tuple[FloatArray, FloatArray]:
+def _motion_to_json(poses: FloatArray, velocities: FloatArray, interval: float) -> tuple[FloatArray, FloatArray]:
     moved = np.column_stack([velocities[:, 1], -velocities[:, 0], -velocities[:, 2]]) * interval
     return np.hstack([_positions_to_json(poses[:, :2]), -(poses[:, 2:] + math.pi / 2)]), moved
 
