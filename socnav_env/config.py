@@ -308,9 +308,7 @@ def _least_area(population: PopulationConfig, clearance: float) -> float:
 
 def _build(kind: type[Any], values: Mapping[str, Any], place: str) -> Any:
     if not isinstance(values, Mapping):
-        raise ConfigError(
-            f"{place.rstrip('.') or 'the config'} must be a table of keys and values, got {values!r}"
-        )
+        raise ConfigError(f"{place.rstrip('.') or 'the config'} must be a table of keys and values, got {values!r}")
     fields = {each.name: each for each in dataclasses.fields(kind)}
     arguments: dict[str, Any] = {}
     for key, value in values.items():

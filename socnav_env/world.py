@@ -1,0 +1,319 @@
+"""The simulated world of one episode: a robot and people who walk, kept apart by pymunk's physics.
+
+World frame: SI units, REP-103. Nothing but this module imports pymunk.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pymunk
+import pymunk.batch
+
+from socnav_env.config import EnvConfig
+from socnav_env.geometry import box_distances, boxes_of, wall_distances
+from socnav_env.layout import BoolArray, FloatArray, Layout
+from socnav_env.pedestrians import (
+    Surroundings,
+    Walkers,
+    first_in_sight,
+    habits_of,
+    in_need_of_target,
+    sample_speeds,
+    walk,
+)
+
+ROBOT, PERSON, OBJECT, WALL = 1, 2, 3, 4  # pymunk's collision types
+BODY_MASS = 1.0  # kg, the robot's and everyone's: where bodies touch, both give way
+SLOP = 0.001  # m by which bodies may overlap at rest
+OVERLAP_KEPT = 0.3  # share of an overlap that is left after a physics step
+TARGET_CANDIDATES = 32
+TARGET_SPREAD = 0.25  # share of the interval between targets by which it varies
+MIN_WALK = 1.0  # m to a new target, at least
+READ = (
+    pymunk.batch.BodyFields.POSITION
+    | pymunk.batch.BodyFields.ANGLE
+    | pymunk.batch.BodyFields.VELOCITY
+    | pymunk.batch.BodyFields.ANGULAR_VELOCITY
+)
+WRITE = pymunk.batch.BodyFields.VELOCITY | pymunk.batch.BodyFields.ANGULAR_VELOCITY
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """What the robot touched during the last control period."""
+
+    person: bool = False
+    object: bool = False
+    wall: bool = False
+
+    def __bool__(self) -> bool:
+        return self.person or self.object or self.wall
+
+
+class World:
+    """One episode's world; it begins `config.warm_up` seconds before the episode.
+
+    While the time is negative everyone gives way to the robot, which then stands, whatever `robot_visibility`
+    says: nobody can walk into it before it may act.
+
+    Arrays that a world returns are copies.
+    """
+
+    def __init__(self, layout: Layout, config: EnvConfig, rng: np.random.Generator):
+        self.layout, self.config, self._rng = layout, config, rng
+        self._periods = -config.warm_up_steps
+        self._walks = layout.people_walk
+        self._walls = layout.room.walls
+        self._boxes = boxes_of(layout.object_poses, layout.object_sizes)
+        self._around = self._surroundings()
+        self._habits = habits_of(config.people)
+        self._bodies = np.zeros((int(self._walks.sum()) + 1, 6))  # x, y, heading, vx, vy, turn rate; robot last
+        self._bodies[:-1, :3] = layout.people_poses[self._walks]
+        self._bodies[-1, :3] = layout.robot_pose
+        self._velocities = np.zeros((len(self._bodies), 3))
+        self._before = self._bodies[:, :3].copy()
+        self._command = np.zeros(2)
+        self._touched: set[int] = set()
+        self._walkers = self._make_walkers()
+        self._physics = _Physics(self._bodies, self._velocities, self._groups(), self._around, config)
+        self._physics.report_touches(self._touched)
+
+    def advance(self, command: FloatArray) -> None:
+        """Simulate one control period.
+
+        command: (2,) forward speed [m/s] and turn rate [rad/s] of the robot. It stops for the rest of the period
+        where it touches something.
+        """
+        self._command = np.array(command, dtype=np.float64)
+        self._before[:] = self._bodies[:, :3]
+        self._touched.clear()
+        self._pick_targets(in_need_of_target(self._walkers, self.config.people.patience))
+        people, step = self.config.people, self.config.physics_step
+        notice = 1.0 if self._periods < 0 else people.robot_visibility
+        stop_distance = notice * people.stop_distance
+        for _ in range(self.config.substeps):
+            walk(
+                step,
+                self._bodies,
+                self._walkers,
+                stop_distance,
+                notice,
+                self._around,
+                self._habits,
+                self._velocities,
+            )
+            self._drive(step)
+            self._physics.step(step)
+        self._periods += 1
+
+    @property
+    def time(self) -> float:
+        """Since the episode began; negative during the warm-up [s]."""
+        return self._periods * self.config.control_period
+
+    @property
+    def command(self) -> FloatArray:
+        """What the robot was last told: (3,) forward [m/s], to the left (always 0) [m/s], turn rate [rad/s]."""
+        return np.array([self._command[0], 0.0, self._command[1]])
+
+    @property
+    def robot_radius(self) -> float:
+        """[m]."""
+        return self.config.robot.radius
+
+    @property
+    def people_radius(self) -> float:
+        """[m]."""
+        return self.config.people.radius
+
+    @property
+    def robot_pose(self) -> FloatArray:
+        """(3,) x [m], y [m], heading [rad] from -pi to pi."""
+        pose = self._bodies[-1, :3].copy()
+        pose[2] = math.remainder(pose[2], 2 * math.pi)
+        return pose
+
+    @property
+    def robot_velocity(self) -> FloatArray:
+        """(3,) vx, vy [m/s] in the world frame and turn rate [rad/s]: the mean over the last control period."""
+        velocity: FloatArray = (self._bodies[-1, :3] - self._before[-1]) / self.config.control_period
+        return velocity
+
+    @property
+    def people_poses(self) -> FloatArray:
+        """(num_people, 3) x [m], y [m], heading [rad] from -pi to pi."""
+        poses = self.layout.people_poses.copy()
+        walking = self._bodies[:-1, :3].copy()
+        walking[:, 2] -= 2 * math.pi * np.round(walking[:, 2] / (2 * math.pi))
+        poses[self._walks] = walking
+        return poses
+
+    @property
+    def people_velocities(self) -> FloatArray:
+        """(num_people, 3) vx, vy [m/s] in the world frame, turn rate [rad/s]: means over the last control period."""
+        velocities = np.zeros((self.layout.num_people, 3))
+        velocities[self._walks] = (self._bodies[:-1, :3] - self._before[:-1]) / self.config.control_period
+        return velocities
+
+    @property
+    def people_targets(self) -> FloatArray:
+        """(num_people, 2) where people walk to; those who stand have their own place [m]."""
+        targets = self.layout.people_poses[:, :2].copy()
+        targets[self._walks] = self._walkers.target
+        return targets
+
+    @property
+    def contacts(self) -> Contacts:
+        """What the robot touched during the last control period."""
+        return Contacts(PERSON in self._touched, OBJECT in self._touched, WALL in self._touched)
+
+    def clearance_to_people(self) -> FloatArray:
+        """(num_people,) from the robot's surface to each person's; negative where they overlap [m]."""
+        apart = self.people_poses[:, :2] - self._bodies[-1, :2]
+        clearance: FloatArray = np.hypot(apart[:, 0], apart[:, 1]) - self.robot_radius - self.people_radius
+        return clearance
+
+    def clearance_to_objects(self) -> FloatArray:
+        """(num_objects,) from the robot's surface to each object's; negative where they overlap [m]."""
+        x, y = self._bodies[-1, :2]
+        return box_distances(x, y, self._boxes) - self.robot_radius
+
+    def clearance_to_walls(self) -> FloatArray:
+        """(num_walls,) from the robot's surface to each wall; negative where they overlap [m]."""
+        x, y = self._bodies[-1, :2]
+        return wall_distances(x, y, self._walls) - self.robot_radius
+
+    def distance_to_goal(self) -> float:
+        """From the robot's centre [m]."""
+        return math.dist(self._bodies[-1, :2], self.layout.goal)
+
+    def arrived(self) -> bool:
+        """Whether the robot's centre is within the arrival radius of the goal."""
+        return self.distance_to_goal() < self.config.robot.arrival_radius
+
+    def _drive(self, step: float) -> None:
+        """Write the robot's velocity: along the heading that it has halfway through the step."""
+        speed, turn_rate = (0.0, 0.0) if self._touched else self._command
+        heading = self._bodies[-1, 2] + turn_rate * step / 2
+        self._velocities[-1] = speed * math.cos(heading), speed * math.sin(heading), turn_rate
+
+    def _surroundings(self) -> Surroundings:
+        standing = self.layout.people_poses[~self._walks]
+        discs = standing.copy()
+        discs[:, 2] = self.config.people.radius
+        return Surroundings(self._walls, discs, self._boxes)
+
+    def _groups(self) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+        """(num_walkers,) the group of each; those on their own get numbers of their own."""
+        groups = self.layout.people_group[self._walks]
+        alone = groups < 0
+        groups[alone] = groups.max(initial=-1) + 1 + np.arange(alone.sum())
+        return groups
+
+    def _make_walkers(self) -> Walkers:
+        groups, places = self._groups(), self._bodies[:-1, :2]
+        count = len(groups)
+        speed, spacing = sample_speeds(self.config.people, count, self._rng), np.zeros(count)
+        for group in np.unique(groups):
+            members = np.flatnonzero(groups == group)
+            speed[members] = speed[members].min()
+            if len(members) > 1:
+                extent = max(math.dist(places[one], places[other]) for one in members for other in members)
+                spacing[members] = extent / (len(members) - 1)
+        return Walkers(speed, groups, spacing, places.copy(), np.zeros(count), np.zeros(count))
+
+    def _pick_targets(self, needed: BoolArray) -> None:
+        """Give new targets to the groups of those who need one."""
+        walkers, people = self._walkers, self.config.people
+        for group in np.unique(walkers.group[needed]):
+            members = walkers.group == group
+            spread = walkers.spacing[members][0] * (members.sum() - 1) / 2
+            target = self._sample_target(self._bodies[:-1, :2][members].mean(axis=0), people.clearance + spread)
+            walkers.target[members] = target
+            interval = people.target_interval * self._rng.uniform(1 - TARGET_SPREAD, 1 + TARGET_SPREAD)
+            walkers.time_left[members] = interval
+            walkers.blocked[members] = 0.0
+
+    def _sample_target(self, start: FloatArray, margin: float) -> FloatArray:
+        """A free place in sight of `start`, or `start` itself where none was found."""
+        lower, upper = self.layout.room.corners.min(axis=0), self.layout.room.corners.max(axis=0)
+        places = self._rng.uniform(lower, upper, (TARGET_CANDIDATES, 2))
+        far = np.hypot(*(places - start).T) >= MIN_WALK
+        off_goal = np.hypot(*(places - self.layout.goal).T) >= self.config.people.clearance + self.robot_radius
+        places = places[far & off_goal]
+        index = first_in_sight(start, places, margin, *self._around)
+        return places[index] if index >= 0 else start
+
+
+class _Physics:
+    """The pymunk space: bodies for the robot and those who walk, fixed shapes for all else."""
+
+    def __init__(
+        self,
+        bodies: FloatArray,
+        velocities: FloatArray,
+        groups: np.ndarray[tuple[int], np.dtype[np.int64]],
+        around: Surroundings,
+        config: EnvConfig,
+    ):
+        self._space = pymunk.Space()
+        self._space.collision_slop = SLOP
+        self._space.collision_bias = OVERLAP_KEPT ** (1 / config.physics_step)
+        for row, group in zip(bodies[:-1], groups, strict=True):
+            # People of one group walk shoulder to shoulder: they do not collide with each other.
+            self._add_body(row, config.people.radius, PERSON, pymunk.ShapeFilter(group=int(group) + 1))
+        self._add_body(bodies[-1], config.robot.radius, ROBOT, pymunk.ShapeFilter())
+        self._add_fixed(around)
+        self._bodies, self._velocities = bodies, velocities
+        self._all_velocities = np.zeros((len(velocities) + 1, 3))  # pymunk's last body is the one that is fixed
+        self._read, self._write = pymunk.batch.Buffer(), pymunk.batch.Buffer()
+        self._write.set_float_buf(self._all_velocities)  # shares the array's memory
+
+    def step(self, duration: float) -> None:
+        """Set all velocities, simulate, and read back poses and velocities."""
+        self._all_velocities[:-1] = self._velocities
+        pymunk.batch.set_space_bodies(self._space, WRITE, self._write)
+        self._space.step(duration)
+        self._read.clear()
+        pymunk.batch.get_space_bodies(self._space, READ, self._read)
+        self._bodies[:] = np.frombuffer(self._read.float_buf()).reshape(-1, 6)[:-1]
+
+    def report_touches(self, touched: set[int]) -> None:
+        """Have the collision type of what the robot touches added to `touched` at each step."""
+        for kind in (PERSON, OBJECT, WALL):
+            self._space.on_collision(
+                ROBOT, kind, post_solve=lambda _arbiter, _space, kind: touched.add(kind), data=kind
+            )
+
+    def _add_body(self, row: FloatArray, radius: float, kind: int, group: pymunk.ShapeFilter) -> None:
+        body = pymunk.Body(BODY_MASS, math.inf)
+        body.position = float(row[0]), float(row[1])
+        body.angle = float(row[2])
+        shape = pymunk.Circle(body, radius)
+        shape.collision_type, shape.filter = kind, group
+        self._space.add(body, shape)
+
+    def _add_fixed(self, around: Surroundings) -> None:
+        fixed = self._space.static_body
+        for x1, y1, x2, y2 in around.walls.tolist():
+            self._add_shape(pymunk.Segment(fixed, (x1, y1), (x2, y2), 0.0), WALL)
+        for x, y, radius in around.discs.tolist():
+            self._add_shape(pymunk.Circle(fixed, radius, (x, y)), PERSON)
+        for box in around.boxes:
+            self._add_shape(pymunk.Poly(fixed, _corners_of(box)), OBJECT)
+
+    def _add_shape(self, shape: pymunk.Shape, kind: int) -> None:
+        shape.collision_type = kind
+        self._space.add(shape)
+
+
+def _corners_of(box: FloatArray) -> list[tuple[float, float]]:
+    x, y, cos, sin, half_width, half_depth = box.tolist()
+    signs = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    return [
+        (x + cos * a * half_width - sin * b * half_depth, y + sin * a * half_width + cos * b * half_depth)
+        for a, b in signs
+    ]
