@@ -108,7 +108,7 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
             self.render()
         return observation, float(sum(terms.values())), terminated, truncated, info
 
-    def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override] - Gymnasium's type stands for its own modes
+    def render(self) -> NDArray[np.uint8] | None:
         """Return a picture, uint8 (height, width, 3), or show it, as `render_mode` says."""
         if self.render_mode is None:
             gym.logger.warn('render() needs gym.make("SocNav2-v0", render_mode="rgb_array" or "human")')

@@ -65,9 +65,14 @@ def pose_rates(earlier: FloatArray, later: FloatArray, duration: float) -> Float
     return rates
 
 
-def lines_in_frame(frame: FloatArray, lines: FloatArray) -> FloatArray:
-    """Express lines (n, 4) x1, y1, x2, y2 [m] in the frame that stands at the pose `frame` (3,)."""
-    return points_in_frame(frame, lines.reshape(-1, 2)).reshape(-1, 4)
+@njit
+def closed_lines(corners: FloatArray) -> FloatArray:
+    """(n, 4) x1, y1, x2, y2 from each of n corners to the next one and from the last to the first."""
+    lines = np.empty((len(corners), 4))
+    for index in range(len(corners)):
+        lines[index, :2] = corners[index]
+        lines[index, 2:] = corners[(index + 1) % len(corners)]
+    return lines
 
 
 def interaction_lines(layout: Layout, people_poses: FloatArray) -> FloatArray:

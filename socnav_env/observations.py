@@ -16,13 +16,12 @@ from numpy.typing import NDArray
 from reward_model.jit import njit
 from socnav_env.config import MAX_WALLS
 from socnav_env.frames import (
+    closed_lines,
     interaction_lines,
-    lines_in_frame,
-    points_in_frame,
     poses_in_frame,
     turned_velocities,
 )
-from socnav_env.layout import FloatArray
+from socnav_env.layout import FloatArray, IntArray
 
 if TYPE_CHECKING:
     from socnav_env.config import EnvConfig, RoomConfig
@@ -78,6 +77,7 @@ class EntitiesObservation:
         self.capacities = {name: capacity for name, (capacity, _) in entities.items()}
         self._low, self._high = np.array([pair for part in bounds.values() for pair in part], dtype=np.float32).T
         ends = np.cumsum([0, *(len(part) for part in bounds.values())]).tolist()
+        self._in_order = np.arange(max(self.capacities.values()))
         self._slices = {name: slice(*ends[index : index + 2]) for index, name in enumerate(bounds)}
 
     def space(self) -> spaces.Dict:
@@ -94,30 +94,34 @@ class EntitiesObservation:
         """Return the boxes' values, in memory of their own."""
         values = np.zeros(len(self._high), dtype=np.float32)
         layout, frame, people = world.layout, world.robot_pose, world.people_poses
-        velocity = turned_velocities(frame[2], world.robot_velocity[np.newaxis])
-        values[self._slices["robot"]] = (*velocity[0], time_left)
-        values[self._slices["goal"]] = points_in_frame(frame, layout.goal[np.newaxis])[0]
-        interacting = np.zeros(len(people))
-        interacting[layout.interaction_pairs[layout.interaction_pairs < len(people)]] = 1.0
-        velocities = turned_velocities(frame[2], world.people_velocities)
-        people_rows = _people_rows(poses_in_frame(frame, people), velocities, interacting)
-        self._put(values, "people", people_rows)
-        objects = _object_rows(poses_in_frame(frame, layout.object_poses), layout.object_sizes)
-        self._put(values, "objects", objects)
-        self._put(values, "walls", lines_in_frame(frame, layout.room.walls))
-        self._put(values, "interactions", lines_in_frame(frame, interaction_lines(layout, people)))
+        _write_robot(values[self._slices["robot"]], frame, world.robot_velocity, time_left)
+        _write_points(values[self._slices["goal"]], frame, layout.goal)
+        chosen = self._chosen("people", people, frame)
+        rows = self._rows(values, "people", len(chosen))
+        _write_people(rows, frame, people, world.people_velocities, layout.interaction_pairs, chosen)
+        chosen = self._chosen("objects", layout.object_poses, frame)
+        rows = self._rows(values, "objects", len(chosen))
+        _write_objects(rows, frame, layout.object_poses, layout.object_sizes, chosen)
+        walls, links = closed_lines(layout.room.corners), interaction_lines(layout, people)
+        for name, lines in (("walls", walls), ("interactions", links)):
+            chosen = self._chosen(name, lines, frame)
+            _write_points(self._rows(values, name, len(chosen)), frame, lines[chosen])
         np.clip(values, self._low, self._high, out=values)
         return {name: values[part] for name, part in self._slices.items() if part.stop > part.start}
 
-    def _put(self, values: Float32Array, name: str, rows: FloatArray) -> None:
-        """Write rows, the nearest where there are too many, and mark them as present."""
-        capacity, first = self.capacities[name], self._slices[name].start
-        if len(rows) > capacity:
-            nearest = np.argsort(np.hypot(rows[:, 0], rows[:, 1]), kind="stable")[:capacity]
-            rows = rows[np.sort(nearest)]
-        values[first : first + rows.size] = rows.ravel()
-        mask = self._slices[f"{name}_mask"].start
-        values[mask : mask + len(rows)] = 1.0
+    def _chosen(self, name: str, places: FloatArray, frame: FloatArray) -> IntArray:
+        """Which of the entities get rows: all, or the nearest where there are too many, in their order."""
+        capacity = self.capacities[name]
+        if len(places) <= capacity:
+            return self._in_order[: len(places)]
+        distances = np.hypot(places[:, 0] - frame[0], places[:, 1] - frame[1])
+        return np.sort(np.argsort(distances, kind="stable")[:capacity])
+
+    def _rows(self, values: Float32Array, name: str, count: int) -> Float32Array:
+        """Mark rows as present and return them to be written, (count, width)."""
+        first, mask, width = self._slices[name].start, self._slices[f"{name}_mask"].start, ENTITY_WIDTHS[name]
+        values[mask : mask + count] = 1.0
+        return values[first : first + count * width].reshape(count, width)
 
 
 OBSERVATIONS: dict[str, Callable[[EnvConfig], Observation]] = {"entities": EntitiesObservation}
@@ -148,23 +152,54 @@ def longest_sight(room: RoomConfig) -> float:
 
 
 @njit
-def _people_rows(poses: FloatArray, velocities: FloatArray, interacting: FloatArray) -> FloatArray:
-    rows = np.empty((len(poses), 8))
-    for index in range(len(poses)):
-        rows[index, :2] = poses[index, :2]
-        rows[index, 2] = math.cos(poses[index, 2])
-        rows[index, 3] = math.sin(poses[index, 2])
-        rows[index, 4:7] = velocities[index]
-        rows[index, 7] = interacting[index]
-    return rows
+def _write_robot(row: Float32Array, frame: FloatArray, velocity: FloatArray, time_left: float) -> None:
+    cosine, sine = math.cos(frame[2]), math.sin(frame[2])
+    row[0] = cosine * velocity[0] + sine * velocity[1]
+    row[1] = cosine * velocity[1] - sine * velocity[0]
+    row[2] = velocity[2]
+    row[3] = time_left
 
 
 @njit
-def _object_rows(poses: FloatArray, sizes: FloatArray) -> FloatArray:
-    rows = np.empty((len(poses), 6))
-    for index in range(len(poses)):
-        rows[index, :2] = poses[index, :2]
-        rows[index, 2] = math.cos(poses[index, 2])
-        rows[index, 3] = math.sin(poses[index, 2])
-        rows[index, 4:] = sizes[index]
-    return rows
+def _write_points(rows: Float32Array, frame: FloatArray, points: FloatArray) -> None:
+    """Write points, any number of x, y in a row, into rows of the same shape."""
+    cosine, sine = math.cos(frame[2]), math.sin(frame[2])
+    flat_rows, flat_points = rows.reshape(-1, 2), points.reshape(-1, 2)
+    for index in range(len(flat_points)):
+        x, y = flat_points[index, 0] - frame[0], flat_points[index, 1] - frame[1]
+        flat_rows[index, 0] = cosine * x + sine * y
+        flat_rows[index, 1] = cosine * y - sine * x
+
+
+@njit
+def _write_people(
+    rows: Float32Array,
+    frame: FloatArray,
+    poses: FloatArray,
+    velocities: FloatArray,
+    pairs: IntArray,
+    chosen: IntArray,
+) -> None:
+    local, moving = poses_in_frame(frame, poses), turned_velocities(frame[2], velocities)
+    interacting = np.zeros(len(poses))
+    for index in pairs.ravel():
+        if index < len(poses):
+            interacting[index] = 1.0
+    for row, index in enumerate(chosen):
+        rows[row, :2] = local[index, :2]
+        rows[row, 2] = math.cos(local[index, 2])
+        rows[row, 3] = math.sin(local[index, 2])
+        rows[row, 4:7] = moving[index]
+        rows[row, 7] = interacting[index]
+
+
+@njit
+def _write_objects(
+    rows: Float32Array, frame: FloatArray, poses: FloatArray, sizes: FloatArray, chosen: IntArray
+) -> None:
+    local = poses_in_frame(frame, poses)
+    for row, index in enumerate(chosen):
+        rows[row, :2] = local[index, :2]
+        rows[row, 2] = math.cos(local[index, 2])
+        rows[row, 3] = math.sin(local[index, 2])
+        rows[row, 4:] = sizes[index]

@@ -124,11 +124,11 @@ class _Painter:
 
     def pixels(self, points: FloatArray) -> FloatArray:
         """World points (n, 2) [m] as positions on the surface."""
-        return np.asarray(points)[..., :2] * (self.scale, -self.scale) + self.origin
+        return np.asarray(points * np.array([self.scale, -self.scale]) + self.origin)
 
     def room(self, corners: FloatArray) -> None:
         outline = self.pixels(corners)
-        pygame.draw.polygon(self.surface, FLOOR, outline)
+        pygame.draw.polygon(self.surface, FLOOR, outline.tolist())
         floor = pygame.mask.from_threshold(self.surface, FLOOR, (1, 1, 1, 255))
         tiles = self.surface.copy()
         low, high = np.ceil(corners.min(axis=0)), np.floor(corners.max(axis=0))
@@ -142,25 +142,27 @@ class _Painter:
             _thick_line(self.surface, WALL, start, end, width)
 
     def _grid_line(self, surface: pygame.Surface, ends: FloatArray) -> None:
-        pygame.draw.line(surface, GRID, *self.pixels(ends), SUPERSAMPLING)
+        start, end = self.pixels(ends).tolist()
+        pygame.draw.line(surface, GRID, start, end, SUPERSAMPLING)
 
     def goal(self, view: SceneView) -> None:
         center = self.pixels(view.goal)
+        middle = center.tolist()
         radius = max(view.arrival_radius * self.scale, 5 * SUPERSAMPLING)
-        pygame.draw.circle(self.surface, GOAL_DISC, center, radius)
-        pygame.draw.circle(self.surface, GOAL, center, radius, 2 * SUPERSAMPLING)
+        pygame.draw.circle(self.surface, GOAL_DISC, middle, radius)
+        pygame.draw.circle(self.surface, GOAL, middle, radius, 2 * SUPERSAMPLING)
         angles = np.pi / 2 + np.arange(10) * np.pi / 5
         lengths = np.where(np.arange(10) % 2 == 0, 0.7, 0.3) * radius
         star = center + np.column_stack([np.cos(angles), -np.sin(angles)]) * lengths[:, None]
-        pygame.draw.polygon(self.surface, GOAL, star)
+        pygame.draw.polygon(self.surface, GOAL, star.tolist())
 
     def interactions(self, lines: FloatArray) -> None:
-        for line in np.asarray(lines).reshape(-1, 2, 2):
+        for line in lines.reshape(-1, 2, 2):
             start, end = self.pixels(line)
             length = float(np.hypot(*(end - start)))
             dots = max(int(length / (7 * SUPERSAMPLING)), 1)
-            for share in np.arange(dots + 1) / dots:
-                pygame.draw.circle(self.surface, INTERACTION, start + share * (end - start), 2 * SUPERSAMPLING)
+            for dot in np.linspace(start, end, dots + 1).tolist():
+                pygame.draw.circle(self.surface, INTERACTION, dot, 2 * SUPERSAMPLING)
 
     def trail(self, view: SceneView) -> None:
         points = self.pixels(view.trail)
@@ -211,9 +213,9 @@ class _Painter:
         """Draw points (n, 2) [m] given in the frame of a pose."""
         cosine, sine = np.cos(pose[2]), np.sin(pose[2])
         turned = points @ np.array([[cosine, sine], [-sine, cosine]])
-        outline = self.pixels(turned + np.asarray(pose)[:2])
+        outline = self.pixels(turned + pose[:2]).tolist()
         if len(outline) == 2:
-            pygame.draw.line(self.surface, color, *outline, width)
+            pygame.draw.line(self.surface, color, outline[0], outline[1], width)
         else:
             pygame.draw.polygon(self.surface, color, outline, width)
 
@@ -268,13 +270,14 @@ def _write(
 
 def _thick_line(surface: pygame.Surface, color: Color, start: FloatArray, end: FloatArray, width: int) -> None:
     """Draw a line with round ends, of the same thickness at any angle (pygame's own is not)."""
-    along = np.asarray(end) - np.asarray(start)
+    along = end - start
     length = float(np.hypot(*along))
     if length > 0:
         across = np.array([-along[1], along[0]]) / length * width / 2
-        pygame.draw.polygon(surface, color, [start + across, end + across, end - across, start - across])
+        corners = np.array([start + across, end + across, end - across, start - across])
+        pygame.draw.polygon(surface, color, corners.tolist())
     for point in (start, end):
-        pygame.draw.circle(surface, color, point, width / 2)
+        pygame.draw.circle(surface, color, point.tolist(), width / 2)
 
 
 def _circle(radius: float, corners: int = 28) -> FloatArray:

@@ -10,7 +10,7 @@ import numpy as np
 
 from reward_model.graph import FRAME_SPACING, NUM_FRAMES, FrameGraph, frame_graph, select_window, wall_segments
 from reward_model.scenario import DEFAULT_INTERVAL, Interactions, Objects, People, Snapshot
-from socnav_env.frames import points_in_frame, pose_rates, poses_in_frame
+from socnav_env.frames import closed_lines, points_in_frame, pose_rates, poses_in_frame
 from socnav_env.layout import FloatArray
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ class Recorder:
             goal=points[0],
             people=People(self._people_ids, poses[:num_people], velocities[:num_people]),
             objects=Objects(self._object_ids, poses[num_people:], velocities[num_people:], self._object_sizes),
-            walls=_closed_walls(points[1:]),
+            walls=closed_lines(points[1:]),
             interactions=self._interactions,
             robot_pose=robot_pose,
         )
@@ -81,11 +81,3 @@ class Recorder:
 def frames_per_window(control_period: float) -> int:
     """How many snapshots, one each control period [s], a window reaches across."""
     return (NUM_FRAMES - 1) * math.ceil(FRAME_SPACING / control_period - 1e-6) + 1
-
-
-def _closed_walls(corners: FloatArray) -> FloatArray:
-    walls = np.empty((len(corners), 4))
-    walls[:, :2] = corners
-    walls[:-1, 2:] = corners[1:]
-    walls[-1, 2:] = corners[0]
-    return walls
