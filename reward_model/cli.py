@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import sys
 from collections.abc import Sequence as Items
@@ -53,11 +54,7 @@ class Score:
         weights_path(self.weights)  # where there are none, say so before reading what may be many files
         windows = _read_windows(self.files)
         scores = load_scorer(self.weights, self.form).score_windows(windows).tolist()
-        lines = [
-            json.dumps({"file": str(file), "q1": q1, "q2": q2})
-            for file, (q1, q2) in zip(self.files, scores, strict=True)
-        ]
-        print("\n".join(lines), flush=True)
+        print("\n".join(_score_lines(self.files, scores)), flush=True)
 
 
 @dataclass(frozen=True)
@@ -99,6 +96,15 @@ def main(arguments: Items[str] | None = None) -> int:
         print("reward_model: interrupted", file=sys.stderr)
         return INTERRUPTED
     return 0
+
+
+def _score_lines(files: Items[Path], scores: Items[tuple[float, float]]) -> list[str]:
+    rows = list(zip(files, scores, strict=True))
+    problems = [file for file, pair in rows if not all(map(math.isfinite, pair))]
+    if problems:
+        remedy = "must have a finite score; are its lengths in metres?"
+        raise ValueError("\n".join(f"{file}: {remedy}" for file in problems))
+    return [json.dumps({"file": str(file), "q1": q1, "q2": q2}) for file, (q1, q2) in rows]
 
 
 def _read_windows(files: Items[Path]) -> list[list[FrameGraph]]:

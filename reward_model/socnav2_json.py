@@ -95,9 +95,12 @@ def parse_socnav2(document: object, name: str) -> Sequence:
     snapshots: list[Snapshot] = []
     for field in fields:
         if field["ID"].text() != identity:
-            raise field["ID"].refused(f"must be {identity} as in the first snapshot")
+            raise field["ID"].refused(f"must be {json.dumps(identity)} as in the first snapshot")
         snapshots.append(_parse_snapshot(field, snapshots[-1].timestamp if snapshots else None))
-    return Sequence(tuple(snapshots), name=identity)
+    try:
+        return Sequence(tuple(snapshots), name=identity)
+    except ScenarioError as error:  # numbers that overflow on their way to SI units
+        raise ScenarioError(f"{name}: {error}") from error
 
 
 def parse_labelled_socnav2(document: object, name: str) -> LabelledSequence:
@@ -173,7 +176,8 @@ def _parse_motion(entities: JsonField, interval: float) -> tuple[FloatArray, Flo
     poses = entities.table(_POSE_FIELDS)
     moved = entities.table(_VELOCITY_FIELDS)
     headings = -poses[:, 2:] - math.pi / 2
-    velocities = np.column_stack([-moved[:, 1], moved[:, 0], -moved[:, 2]]) / interval
+    with np.errstate(over="ignore"):  # the sequence refuses what is not finite
+        velocities = np.column_stack([-moved[:, 1], moved[:, 0], -moved[:, 2]]) / interval
     return np.hstack([_positions_from_json(poses[:, :2]), headings]), velocities
 
 

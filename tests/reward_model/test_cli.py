@@ -50,6 +50,16 @@ def test_a_scene_whose_walls_change_is_refused_by_its_file_name(scene, published
     assert capsys.readouterr().err.startswith(f"reward_model: {scene}: ")
 
 
+@pytest.mark.filterwarnings("ignore:overflow encountered:RuntimeWarning")
+def test_a_score_that_is_no_number_is_refused(scene, published_weights, capsys):
+    document = hand_made_document()
+    document[1]["people"][0]["x"] = 1e60
+    scene.write_text(json.dumps(document))
+    assert main(["score", str(scene), "--weights", "published"]) == 2
+    output = capsys.readouterr()
+    assert (output.out, output.err.startswith(f"reward_model: {scene}: ")) == ("", True)
+
+
 def test_score_without_files_is_refused(capsys):
     assert main(["score"]) == 2
     assert capsys.readouterr().err == "reward_model: score needs at least one file\n"

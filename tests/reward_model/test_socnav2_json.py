@@ -275,7 +275,7 @@ MISTAKES = {
     ),
     "two recordings in one": (
         lambda d: d[1].update(ID="other") or d,
-        'hand.json: snapshot 1: ID must be made_by_hand as in the first snapshot, got "other"',
+        'hand.json: snapshot 1: ID must be "made_by_hand" as in the first snapshot, got "other"',
     ),
     "broken pose": (
         lambda d: d[1]["robot_pose"].pop("a") and d,
@@ -291,6 +291,14 @@ def test_a_mistake_is_named_with_its_place_and_remedy(mistake):
         parse_socnav2(make(hand_made_document()), "hand.json")
     assert str(caught.value).startswith(message)
     assert "\n" not in str(caught.value)
+
+
+def test_a_velocity_that_overflows_is_refused():
+    document = hand_made_document()
+    document[1].update(interval=1e-10)
+    document[1]["people"][0].update(vx=1e300)
+    with pytest.raises(ScenarioError, match=r"^hand\.json: made_by_hand: snapshot 1: people velocities must be finite"):
+        parse_socnav2(document, "hand.json")
 
 
 def test_two_objects_cannot_interact():
