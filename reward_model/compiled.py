@@ -12,6 +12,7 @@ It is plain PyTorch: gradients flow, and it runs wherever its tensors are. DGL i
 from __future__ import annotations
 
 from collections.abc import Sequence as Items
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
 
@@ -72,97 +73,112 @@ class _Layer(nn.Module):
 def propagate(batch: WindowBatch, layers: Items[LayerOperators]) -> Tensor:
     """Run the network up to its final ReLU: (batch, 2)."""
     hidden = batch.features
-    for index, layer in enumerate(layers[:-1]):
+    weights: _EdgeWeights | None = None
+    for index, layer in enumerate(layers):
+        if weights is None or not _same_tables(layer, layers[index - 1]):
+            weights = _edge_weights(batch, layer)
+        if index == len(layers) - 1:
+            break
         frames = min(NUM_FRAMES, len(layers) - index)
-        hidden = functional.elu(_all_nodes(batch, layer, hidden, frames))
-    return _newest_room(batch, layers[-1], hidden)
+        hidden = functional.elu(_all_nodes(batch, layer, weights, hidden, frames))
+    assert weights is not None, "a network has layers"
+    return _newest_room(batch, layers[-1], weights, hidden)
 
 
-def _all_nodes(batch: WindowBatch, layer: LayerOperators, hidden: Tensor, frames: int) -> Tensor:
-    """One layer in the newest frames: (batch, num_frames, num_slots, in) -> (batch, frames, num_slots, out)."""
-    seen = hidden[:, :frames]
-    out = seen @ layer.plain[_SELF]
-    out = out + _from_room(batch, layer, seen)
-    out = out + functional.pad(_to_room(batch, layer, seen).unsqueeze(2), (0, 0, 0, seen.shape[2] - 1))
-    out = _add_temporal(batch, layer, hidden, out)
-    out = _add_links(batch, layer, seen, out)
-    return out / batch.degrees[:, :frames].unsqueeze(3) + layer.bias
+@dataclass(frozen=True, eq=False)
+class _EdgeWeights:
+    """c_k of every edge, for one layer's tables or for several layers that share them.
+
+    into_room, out_of_room: (3, batch, num_slots, kinds * rank) in the columns of each node's kind
+    links: for each of `LINK_RELATIONS`, (num_links, rank)
+    """
+
+    into_room: Tensor
+    out_of_room: Tensor
+    links: list[Tensor]
 
 
-def _newest_room(batch: WindowBatch, layer: LayerOperators, hidden: Tensor) -> Tensor:
+@torch.no_grad()
+def _edge_weights(batch: WindowBatch, layer: LayerOperators) -> _EdgeWeights:
+    tables, steps = layer.coefficients, layer.steps
+    into_room = _room_weights(batch, tables[_INTO_ROOM], steps[_INTO_ROOM])
+    same = torch.equal(tables[_INTO_ROOM], tables[_OUT_OF_ROOM]) and torch.equal(steps[_INTO_ROOM], steps[_OUT_OF_ROOM])
+    out_of_room = into_room if same else _room_weights(batch, tables[_OUT_OF_ROOM], steps[_OUT_OF_ROOM])
+    links = [
+        interpolate(tables[relation], lengths / steps[relation])
+        for relation, lengths in zip(_LINKS, torch.split(batch.link_lengths, list(batch.link_counts)), strict=True)
+    ]
+    return _EdgeWeights(into_room, out_of_room, links)
+
+
+def _same_tables(layer: LayerOperators, other: LayerOperators) -> bool:
+    return torch.equal(layer.coefficients, other.coefficients) and torch.equal(layer.steps, other.steps)
+
+
+def _room_weights(batch: WindowBatch, tables: Tensor, steps: Tensor) -> Tensor:
+    """tables: (kinds, num_lengths, rank), steps: (kinds,). Returns (3, batch, num_slots, kinds * rank)."""
+    of_kind = torch.stack([batch.kinds == kind for kind in _ROOM_KINDS], dim=3)
+    kind = of_kind.long().argmax(dim=3)  # any kind for rooms and empty slots: their columns stay empty
+    places = batch.lengths / steps[kind]
+    row = places.floor().clamp(0, tables.shape[1] - 2).long()
+    share = (places - row).unsqueeze(3)
+    weights = tables[kind, row] * (1 - share) + tables[kind, row + 1] * share
+    return (of_kind.unsqueeze(4) * weights.unsqueeze(3)).flatten(3)
+
+
+def _all_nodes(batch: WindowBatch, layer: LayerOperators, weights: _EdgeWeights, hidden: Tensor, frames: int) -> Tensor:
+    """One layer in the newest frames: (num_frames, batch, num_slots, in) -> (frames, batch, num_slots, out)."""
+    seen = hidden[:frames]
+    heard = _to_room(layer, weights, seen)
+    parts = []
+    for time in range(frames):
+        out = hidden[time] @ layer.plain[_SELF] + _from_room(layer, weights, hidden, time)
+        if time > 0:
+            newer = hidden[time - 1] @ layer.plain[_TO_OLDER[time - 1]]
+            out = out + newer * batch.together[time - 1].unsqueeze(2)
+        if time + 1 < len(hidden):
+            older = hidden[time + 1] @ layer.plain[_TO_NEWER[time]]
+            out = out + older * batch.together[time].unsqueeze(2)
+        parts.append(torch.cat([out[:, :1] + heard[time].unsqueeze(1), out[:, 1:]], dim=1))
+    out = _add_links(batch, layer, weights, seen, torch.stack(parts))
+    return out / batch.degrees[:frames].unsqueeze(3) + layer.bias
+
+
+def _newest_room(batch: WindowBatch, layer: LayerOperators, weights: _EdgeWeights, hidden: Tensor) -> Tensor:
     """The last layer, for its only node that is read: (batch, out)."""
-    out = hidden[:, 0, 0] @ layer.plain[_SELF]
-    out = out + _to_room(batch, layer, hidden[:, :1])[:, 0]
-    if hidden.shape[1] > 1:
-        out = out + (batch.together[:, 0, :1] * hidden[:, 1, 0]) @ layer.plain[_TO_NEWER[0]]
-    return out / batch.degrees[:, 0, :1] + layer.bias
+    out = hidden[0, :, 0] @ layer.plain[_SELF] + _to_room(layer, weights, hidden[:1])[0]
+    if len(hidden) > 1:
+        out = out + (batch.together[0, :, :1] * hidden[1, :, 0]) @ layer.plain[_TO_NEWER[0]]
+    return out / batch.degrees[0, :, :1] + layer.bias
 
 
-def _to_room(batch: WindowBatch, layer: LayerOperators, hidden: Tensor) -> Tensor:
-    """What every node says to its frame's room: (batch, frames, out)."""
-    weights = _room_weights(batch, layer, _INTO_ROOM, hidden.shape[1])  # (batch, frames, slots, kinds * rank)
-    heard = (weights.transpose(2, 3) @ hidden).flatten(2)  # (batch, frames, kinds * rank * in)
+def _to_room(layer: LayerOperators, weights: _EdgeWeights, hidden: Tensor) -> Tensor:
+    """What every node says to its frame's room: (frames, batch, out)."""
+    heard = (weights.into_room[: len(hidden)].transpose(2, 3) @ hidden).flatten(2)  # (frames, batch, kinds*rank*in)
     return heard @ layer.basis[_INTO_ROOM].flatten(0, 2)
 
 
-def _from_room(batch: WindowBatch, layer: LayerOperators, hidden: Tensor) -> Tensor:
-    """What each frame's room says to every node: (batch, frames, num_slots, out)."""
-    weights = _room_weights(batch, layer, _OUT_OF_ROOM, hidden.shape[1])
+def _from_room(layer: LayerOperators, weights: _EdgeWeights, hidden: Tensor, time: int) -> Tensor:
+    """What a frame's room says to every node: (batch, num_slots, out)."""
     basis = layer.basis[_OUT_OF_ROOM].flatten(0, 1)  # (kinds * rank, in, out)
-    said = torch.einsum("bfi,kio->bfko", hidden[:, :, 0], basis)
-    return weights @ said
+    said = torch.einsum("bi,kio->bko", hidden[time, :, 0], basis)
+    return weights.out_of_room[time] @ said
 
 
-def _room_weights(batch: WindowBatch, layer: LayerOperators, relations: list[int], frames: int) -> Tensor:
-    """c_k of every room edge, in the columns of its node's kind: (batch, frames, num_slots, kinds * rank)."""
-    lengths = batch.lengths[:, :frames]
-    columns = []
-    for kind, relation in zip(_ROOM_KINDS, relations, strict=True):
-        weights = interpolate(layer.coefficients[relation], (lengths / layer.steps[relation]).flatten())
-        of_kind = (batch.kinds[:, :frames] == kind).unsqueeze(3)
-        columns.append(weights.view(*lengths.shape, -1) * of_kind)
-    return torch.cat(columns, dim=3)
-
-
-def _add_temporal(batch: WindowBatch, layer: LayerOperators, hidden: Tensor, out: Tensor) -> Tensor:
-    """Add what equal slots of neighbouring frames say to each other."""
-    frames, seen = out.shape[1], hidden.shape[1]
-    pairs = min(seen - 1, frames)  # an output frame hears the next older one where that is known
-    if pairs > 0:
-        older = hidden[:, 1 : pairs + 1] * batch.together[:, :pairs].unsqueeze(3)
-        out = out + functional.pad(older @ layer.plain[_TO_NEWER[:pairs]], (0, 0, 0, 0, 0, frames - pairs))
-    if frames > 1:
-        newer = hidden[:, : frames - 1] * batch.together[:, : frames - 1].unsqueeze(3)
-        out = out + functional.pad(newer @ layer.plain[_TO_OLDER[: frames - 1]], (0, 0, 0, 0, 1, 0))
-    return out
-
-
-def _add_links(batch: WindowBatch, layer: LayerOperators, hidden: Tensor, out: Tensor) -> Tensor:
+def _add_links(batch: WindowBatch, layer: LayerOperators, weights: _EdgeWeights, hidden: Tensor, out: Tensor) -> Tensor:
     """Add interactions and people near walls, edge by edge: they are few."""
-    frames, num_slots = hidden.shape[1], hidden.shape[2]
     flat_in, flat_out = hidden.flatten(0, 2), out.flatten(0, 2)
-    begin = 0
-    for relation, count in zip(_LINKS, batch.link_counts, strict=True):
-        if not count:
-            continue
-        chosen = slice(begin, begin + count)
-        begin += count
-        sources, targets, lengths = (
-            part[chosen] for part in (batch.link_sources, batch.link_targets, batch.link_lengths)
-        )
-        if frames < NUM_FRAMES:
-            sources, targets, lengths = _within(frames, num_slots, sources, targets, lengths)
-        weights = interpolate(layer.coefficients[relation], lengths / layer.steps[relation])
-        messages = (weights.unsqueeze(2) * flat_in[sources].unsqueeze(1)).flatten(1)
-        flat_out = flat_out.index_add(0, targets, messages @ layer.basis[relation].flatten(0, 1))
-    return flat_out.view_as(out)
-
-
-def _within(
-    frames: int, num_slots: int, sources: Tensor, targets: Tensor, lengths: Tensor
-) -> tuple[Tensor, Tensor, Tensor]:
-    """The links of the newest frames, their places counted on the grid of those frames alone."""
-    window = NUM_FRAMES * num_slots
-    kept = (sources % window) < frames * num_slots
-    skipped = (sources[kept] // window) * (NUM_FRAMES - frames) * num_slots
-    return sources[kept] - skipped, targets[kept] - skipped, lengths[kept]
+    messages, targets = [], []
+    split = zip(
+        _LINKS,
+        weights.links,
+        torch.split(batch.link_sources, list(batch.link_counts)),
+        torch.split(batch.link_targets, list(batch.link_counts)),
+        strict=True,
+    )
+    for relation, link_weights, sources, link_targets in split:
+        kept = sources < len(flat_in)  # older frames come last on the grid
+        said = (link_weights[kept].unsqueeze(2) * flat_in[sources[kept]].unsqueeze(1)).flatten(1)
+        messages.append(said @ layer.basis[relation].flatten(0, 1))
+        targets.append(link_targets[kept])
+    return flat_out.index_add(0, torch.cat(targets), torch.cat(messages)).view_as(out)

@@ -1,8 +1,8 @@
 """Many windows of frames as one set of padded tensors: what the compiled networks read.
 
-Every window is laid out on the same grid of 3 frames by `num_slots` slots. The room stands in slot 0 and a thing
-keeps its slot in all frames, so a temporal edge joins equal slots and the edges to and from the room need no
-index at all. Only links (interactions, people near walls) are stored as lists.
+Every window is laid out on the same grid of 3 frames by `num_slots` slots, all newest frames first. The room stands
+in slot 0 and a thing keeps its slot in all frames, so a temporal edge joins equal slots and the edges to and from
+the room need no index at all. Only links (interactions, people near walls) are stored as lists.
 """
 
 from __future__ import annotations
@@ -41,12 +41,12 @@ ABSENT: Final = -1  # the kind of an empty slot
 class WindowBatch:
     """Padded windows.
 
-    features: (batch, 3, num_slots, 42)
-    kinds: (batch, 3, num_slots) of `NodeKind`, or `ABSENT`
-    lengths: (batch, 3, num_slots) of the room edges [dam]
-    degrees: (batch, 3, num_slots) incoming edges, at least 1
-    together: (batch, 2, num_slots) 1 where a slot is filled in this frame and in the next older one
-    link_sources, link_targets: (num_links,) places in the flattened batch * 3 * num_slots grid
+    features: (3, batch, num_slots, 42)
+    kinds: (3, batch, num_slots) of `NodeKind`, or `ABSENT`
+    lengths: (3, batch, num_slots) of the room edges [dam]
+    degrees: (3, batch, num_slots) incoming edges, at least 1
+    together: (2, batch, num_slots) 1 where a slot is filled in this frame and in the next older one
+    link_sources, link_targets: (num_links,) places in the flattened 3 * batch * num_slots grid
     link_lengths: (num_links,) [dam or m]
     link_counts: how many links of each of `LINK_RELATIONS`; links are sorted that way
     """
@@ -71,18 +71,18 @@ def pack_windows(windows: Items[Items[FrameGraph]]) -> WindowBatch:
     """Lay windows, each one to three frames newest first, out on one grid."""
     slots = [_slots(window) for window in windows]
     num_slots = max(int(places.max()) + 1 for window in slots for places in window)
-    shape = (len(windows), NUM_FRAMES, num_slots)
+    shape = (NUM_FRAMES, len(windows), num_slots)
     features = np.zeros((*shape, NUM_NODE_FEATURES), dtype=np.float32)
     kinds = np.full(shape, ABSENT, dtype=np.int64)
     lengths = np.zeros(shape, dtype=np.float32)
     links = []
     for index, (window, window_slots) in enumerate(zip(windows, slots, strict=True)):
         for time, (frame, places) in enumerate(zip(window, window_slots, strict=True)):
-            features[index, time, places] = frame.features
-            features[index, time, places, TIME_FEATURES + time] = 1
-            kinds[index, time, places] = frame.kinds
-            lengths[index, time, places] = frame.lengths
-            start = (index * NUM_FRAMES + time) * num_slots
+            features[time, index, places] = frame.features
+            features[time, index, places, TIME_FEATURES + time] = 1
+            kinds[time, index, places] = frame.kinds
+            lengths[time, index, places] = frame.lengths
+            start = (time * len(windows) + index) * num_slots
             links.append(
                 (
                     places[frame.link_sources] + start,
@@ -94,7 +94,7 @@ def pack_windows(windows: Items[Items[FrameGraph]]) -> WindowBatch:
     sources, targets, relations, link_lengths = (np.concatenate(columns) for columns in zip(*links, strict=True))
     order = np.argsort(relations, kind="stable")
     counts = tuple(int((relations == relation).sum()) for relation in LINK_RELATIONS)
-    together = ((kinds[:, :-1] >= 0) & (kinds[:, 1:] >= 0)).astype(np.float32)
+    together = ((kinds[:-1] >= 0) & (kinds[1:] >= 0)).astype(np.float32)
     return WindowBatch(
         features=torch.from_numpy(features),
         kinds=torch.from_numpy(kinds),
@@ -132,7 +132,7 @@ def _degrees(kinds: IntArray, together: Float32Array, link_targets: IntArray) ->
     degrees += 1 + filled  # itself, and the room
     rooms = kinds == NodeKind.ROOM
     degrees += rooms * (filled.sum(axis=2, keepdims=True) - 2)  # the room hears all others, not itself
-    degrees[:, :-1] += together
-    degrees[:, 1:] += together
+    degrees[:-1] += together
+    degrees[1:] += together
     result: Float32Array = np.maximum(degrees, 1)
     return result
