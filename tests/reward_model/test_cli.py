@@ -50,7 +50,6 @@ def test_a_scene_whose_walls_change_is_refused_by_its_file_name(scene, published
     assert capsys.readouterr().err.startswith(f"reward_model: {scene}: ")
 
 
-@pytest.mark.filterwarnings("ignore:overflow encountered:RuntimeWarning")
 def test_a_score_that_is_no_number_is_refused(scene, published_weights, capsys):
     document = hand_made_document()
     document[1]["people"][0]["x"] = 1e60
