@@ -31,6 +31,7 @@ PEOPLE_OF_RELATION = {TALKING: 2, AT_LAPTOP: 1, AT_PLANT: 1, WALKING_TOGETHER: 2
 OBJECTS_OF_RELATION = {TALKING: 0, AT_LAPTOP: 2, AT_PLANT: 1, WALKING_TOGETHER: 0}
 
 MAX_WALLS = 6  # an L has six, the other rooms four
+MAX_HASTE = 1.3  # times the desired speed, at most (Helbing & Molnar 1995)
 
 
 @dataclass(frozen=True)
@@ -144,9 +145,9 @@ class PeopleConfig:
 
     radius: float = 0.25
     clearance: float = 0.4
-    speed: float = 0.68
-    speed_deviation: float = 0.12
-    speed_limits: FloatRange = (0.35, 0.95)
+    speed: float = 0.75
+    speed_deviation: float = 0.1
+    speed_limits: FloatRange = (0.4, 1.0)
     max_turn_rate: float = 1.5
     target_interval: float = 12.0
     stop_distance: float = 1.2
@@ -249,6 +250,7 @@ class EnvConfig:
         check_whole("control_period", self.control_period, "physics step", self.physics_step)
         check_whole("warm_up", self.warm_up, "control period", self.control_period)
         check_whole("time_limit", self.time_limit, "control period", self.control_period)
+        self._check_speeds()
         self._check_room_for_all()
 
     @property
@@ -278,6 +280,20 @@ class EnvConfig:
     def to_dict(self) -> dict[str, Any]:
         """Nested dicts that `from_dict` turns back into an equal config."""
         return dataclasses.asdict(self)
+
+    def _check_speeds(self) -> None:
+        """Refuse speeds at which a body could pass through a wall between two physics steps."""
+        robot, people = self.robot, self.people
+        robot_speed = max(robot.max_forward_speed, robot.max_backward_speed)
+        for name, speed, radius in (
+            ("robot", robot_speed, robot.radius),
+            ("people", MAX_HASTE * people.speed_limits[1], people.radius),
+        ):
+            if speed * self.physics_step >= radius:
+                raise ConfigError(
+                    f"{name}: at top speed a body must move less than its radius in a physics step, got "
+                    f"{speed:g} m/s x {self.physics_step:g} s and {radius:g} m; use a smaller physics_step"
+                )
 
     def _check_room_for_all(self) -> None:
         """Refuse what even the least populated scene of the smallest room cannot hold."""

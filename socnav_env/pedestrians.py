@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from reward_model.jit import njit
-from socnav_env.config import PeopleConfig
+from socnav_env.config import MAX_HASTE, PeopleConfig
 from socnav_env.geometry import closest_on_box, closest_on_wall, is_free, line_is_free
 from socnav_env.layout import BoolArray, FloatArray, IntArray
 
@@ -30,7 +30,6 @@ ARRIVED = 0.2  # m from the target, or less: the walker waits there for the next
 SLOW_DOWN = 0.5  # m from the target at which walkers slow down
 FORMATION_RATE = 1.0  # 1/s at which members of a group close in on their places
 TURN_RATE = 3.0  # 1/s at which a heading closes in on the direction wanted
-MAX_HASTE = 1.3  # times the desired speed, at most (Helbing & Molnar 1995)
 STUCK_SPEED = 0.1  # m/s; slower than that is standing still
 STOPPED_SPEED = 0.01  # m/s; below it those who want to stand do
 

@@ -226,26 +226,31 @@ class World:
         return Walkers(speed, groups, spacing, places.copy(), np.zeros(count), np.zeros(count))
 
     def _pick_targets(self, needed: BoolArray) -> None:
-        """Give new targets to the groups of those who need one."""
+        """Give new targets to the groups of those who need one; whoever finds none waits and looks again."""
+        if not needed.any():
+            return
         walkers, people = self._walkers, self.config.people
         for group in np.unique(walkers.group[needed]):
             members = walkers.group == group
             spread = walkers.spacing[members][0] * (members.sum() - 1) / 2
             target = self._sample_target(self._bodies[:-1, :2][members].mean(axis=0), people.clearance + spread)
+            walkers.blocked[members] = 0.0
+            if target is None:
+                walkers.time_left[members] = people.patience
+                continue
             walkers.target[members] = target
             interval = people.target_interval * self._rng.uniform(1 - TARGET_SPREAD, 1 + TARGET_SPREAD)
             walkers.time_left[members] = interval
-            walkers.blocked[members] = 0.0
 
-    def _sample_target(self, start: FloatArray, margin: float) -> FloatArray:
-        """A free place in sight of `start`, or `start` itself where none was found."""
+    def _sample_target(self, start: FloatArray, margin: float) -> FloatArray | None:
+        """A free place in sight of `start` and off the goal; None where none was found."""
         lower, upper = self.layout.room.corners.min(axis=0), self.layout.room.corners.max(axis=0)
         places = self._rng.uniform(lower, upper, (TARGET_CANDIDATES, 2))
         far = np.hypot(*(places - start).T) >= MIN_WALK
         off_goal = np.hypot(*(places - self.layout.goal).T) >= self.config.people.clearance + self.robot_radius
         places = places[far & off_goal]
         index = first_in_sight(start, places, margin, *self._around)
-        return places[index] if index >= 0 else start
+        return places[index] if index >= 0 else None
 
 
 class _Physics:
