@@ -10,19 +10,16 @@ from collections.abc import Sequence as Items
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from reward_model.flat_window import Links, Nodes, flat_window
 from reward_model.graph import (
     FROM_ROOM,
     NUM_FRAMES,
-    TIME_FEATURES,
     TO_ROOM,
     Float32Array,
     FrameGraph,
-    Int32Array,
     NodeKind,
     Relation,
-    matching_nodes,
 )
 from reward_model.jit import njit
 from reward_model.models.edge_networks import MEASURED, PLAIN, LayerOperators
@@ -39,26 +36,6 @@ _TO_NEWER: Final = (PLAIN.index(Relation.SECOND_TO_NOW), PLAIN.index(Relation.TH
 # by Relation: its place among the measured ones, -1 for the others
 _MEASURED_PLACE: Final = tuple(MEASURED.index(r) if r in MEASURED else -1 for r in Relation)
 _WALL_PERSON: Final = int(Relation.WALL_PERSON)
-
-
-class _Window(NamedTuple):
-    """A window as flat arrays, frame after frame, newest first.
-
-    starts: (num_frames + 1,) the first node of each frame
-    pairs: (num_pairs, 2) the same thing's nodes in a frame and in the next older one
-    pair_starts: (num_frames,) the first pair of each two frames
-    """
-
-    features: Float32Array
-    kinds: Int32Array
-    lengths: Float32Array
-    starts: NDArray[np.int64]
-    sources: NDArray[np.int64]
-    targets: NDArray[np.int64]
-    relations: Int32Array
-    link_lengths: Float32Array
-    pairs: NDArray[np.int64]
-    pair_starts: NDArray[np.int64]
 
 
 class _Layer(NamedTuple):
@@ -87,12 +64,13 @@ class FusedMPNN:
 
     def __call__(self, window: Items[FrameGraph]) -> Float32Array:
         """(2,) the scores of one window of up to three frames, newest first."""
-        return _forward(_flatten(window), self._layers)
+        nodes, links = flat_window(window)
+        return _forward(nodes, links, self._layers)
 
 
 def _layer_arrays(layer: LayerOperators) -> _Layer:
     plain, basis, coefficients, steps, bias = (
-        np.ascontiguousarray(tensor.detach().numpy(), dtype=np.float32)
+        np.array(tensor.detach().cpu().numpy(), dtype=np.float32, order="C")  # a copy: training on changes nothing
         for tensor in (layer.plain, layer.basis, layer.coefficients, layer.steps, layer.bias)
     )
     num_measured, rank, inputs, outputs = basis.shape
@@ -104,155 +82,130 @@ def _layer_arrays(layer: LayerOperators) -> _Layer:
     return _Layer(plain, into_room, out_of_room, aggregate, project, coefficients, steps, bias)
 
 
-def _flatten(window: Items[FrameGraph]) -> _Window:
-    starts = np.cumsum([0, *(len(frame) for frame in window)])
-    features = np.concatenate([frame.features for frame in window])
-    for time in range(len(window)):
-        features[starts[time] : starts[time + 1], TIME_FEATURES + time] = 1
-    pairs, pair_starts = [np.zeros((0, 2), dtype=np.int64)], [0]
-    for time in range(len(window) - 1):
-        newer, older = matching_nodes(window[time].keys, window[time + 1].keys)
-        pairs.append(np.stack([newer + starts[time], older + starts[time + 1]], axis=1))
-        pair_starts.append(pair_starts[-1] + len(newer))
-    return _Window(
-        features,
-        np.concatenate([frame.kinds for frame in window]),
-        np.concatenate([frame.lengths for frame in window]),
-        starts,
-        np.concatenate([frame.link_sources + start for frame, start in zip(window, starts, strict=False)]),
-        np.concatenate([frame.link_targets + start for frame, start in zip(window, starts, strict=False)]),
-        np.concatenate([frame.link_relations for frame in window]),
-        np.concatenate([frame.link_lengths for frame in window]),
-        np.concatenate(pairs),
-        np.array(pair_starts),
-    )
-
-
 @njit
-def _forward(window: _Window, layers: tuple[_Layer, ...]) -> Float32Array:
-    hidden, degrees = window.features, _degrees(window)
-    num_frames = len(window.starts) - 1
+def _forward(nodes: Nodes, links: Links, layers: tuple[_Layer, ...]) -> Float32Array:
+    hidden, num_frames = nodes.features, len(nodes.starts) - 1
     for index in range(len(layers)):
         # Only frames from which the newest room can still be reached in the layers left.
-        frames = min(num_frames, len(layers) - index)
-        hidden = _all_nodes(window, layers[index], hidden, frames, degrees)
+        reached = min(num_frames, len(layers) - index)
+        hidden = _all_nodes(nodes, links, layers[index], hidden, reached)
         if index < len(layers) - 1:
-            for node in range(hidden.shape[0]):
-                for column in range(hidden.shape[1]):
-                    if hidden[node, column] < 0:
-                        hidden[node, column] = np.expm1(hidden[node, column])
-    return np.maximum(hidden[0], np.float32(0))
+            _apply_elu(hidden)
+    scores: Float32Array = np.maximum(hidden[0], np.float32(0))
+    return scores
 
 
 @njit
-def _degrees(window: _Window) -> Float32Array:
-    degrees = np.full(len(window.kinds), 2, dtype=np.float32)  # the room's edge and its own
-    for frame in range(len(window.starts) - 1):
-        degrees[window.starts[frame]] = window.starts[frame + 1] - window.starts[frame]
-    for target in window.targets:
-        degrees[target] += 1
-    for pair in range(len(window.pairs)):
-        degrees[window.pairs[pair, 0]] += 1
-        degrees[window.pairs[pair, 1]] += 1
-    return degrees
+def _apply_elu(hidden: Float32Array) -> None:
+    for node in range(hidden.shape[0]):
+        for column in range(hidden.shape[1]):
+            if hidden[node, column] < 0:
+                hidden[node, column] = np.expm1(hidden[node, column])
 
 
 @njit
-def _all_nodes(
-    window: _Window, layer: _Layer, hidden: Float32Array, frames: int, degrees: Float32Array
-) -> Float32Array:
+def _all_nodes(nodes: Nodes, links: Links, layer: _Layer, hidden: Float32Array, frames: int) -> Float32Array:
     """One layer for the nodes of the newest frames."""
-    count = window.starts[frames]
-    out = np.dot(hidden[:count], layer.plain[_SELF])
-    _add_temporal(window, layer, hidden, out, frames)
-    _add_room(window, layer, hidden, out, frames)
-    _add_links(window, layer, hidden, out)
+    count = nodes.starts[frames]
+    out: Float32Array = np.dot(hidden[:count], layer.plain[_SELF])
+    _add_temporal(nodes, layer, hidden, out, frames)
+    _add_to_room(nodes, layer, hidden, out, frames)
+    _add_from_room(nodes, layer, hidden, out, frames)
+    _add_links(links, layer, hidden, out)
     for node in range(count):
-        share = np.float32(1) / degrees[node]
         for column in range(out.shape[1]):
-            out[node, column] = out[node, column] * share + layer.bias[column]
+            out[node, column] = out[node, column] * nodes.shares[node] + layer.bias[column]
     return out
 
 
 @njit
-def _add_temporal(window: _Window, layer: _Layer, hidden: Float32Array, out: Float32Array, frames: int) -> None:
-    starts = window.starts
-    for gap in range(len(window.pair_starts) - 1):
-        first, last = window.pair_starts[gap], window.pair_starts[gap + 1]
+def _add_temporal(nodes: Nodes, layer: _Layer, hidden: Float32Array, out: Float32Array, frames: int) -> None:
+    starts = nodes.starts
+    for gap in range(len(starts) - 2):
+        newer, older, end = starts[gap], starts[gap + 1], starts[gap + 2]
         if gap + 1 < frames:
-            said = np.dot(hidden[starts[gap] : starts[gap + 1]], layer.plain[_TO_OLDER[gap]])
-            for pair in range(first, last):
-                out[window.pairs[pair, 1]] += said[window.pairs[pair, 0] - starts[gap]]
+            said = np.dot(hidden[newer:older], layer.plain[_TO_OLDER[gap]])
+            for node in range(newer, older):
+                if nodes.older[node] >= 0:
+                    out[nodes.older[node]] += said[node - newer]
         if gap < frames:
-            said = np.dot(hidden[starts[gap + 1] : starts[gap + 2]], layer.plain[_TO_NEWER[gap]])
-            for pair in range(first, last):
-                out[window.pairs[pair, 0]] += said[window.pairs[pair, 1] - starts[gap + 1]]
+            said = np.dot(hidden[older:end], layer.plain[_TO_NEWER[gap]])
+            for node in range(newer, older):
+                if nodes.older[node] >= 0:
+                    out[node] += said[nodes.older[node] - older]
 
 
 @njit
-def _add_room(window: _Window, layer: _Layer, hidden: Float32Array, out: Float32Array, frames: int) -> None:
-    """Everything to the room: summed before one product; the room to everything: one product, then shared out."""
-    rank, inputs, outputs = layer.coefficients.shape[2], hidden.shape[1], out.shape[1]
-    heard = np.zeros((frames, _NUM_ROOM_KINDS * rank, inputs), dtype=np.float32)
-    rooms = np.empty((frames, inputs), dtype=np.float32)
-    for frame in range(frames):
-        rooms[frame] = hidden[window.starts[frame]]
-    said = np.dot(rooms, layer.out_of_room).reshape(frames, _NUM_ROOM_KINDS * rank, outputs)
+def _add_to_room(nodes: Nodes, layer: _Layer, hidden: Float32Array, out: Float32Array, frames: int) -> None:
+    """Everything to the room: summed before one product."""
+    rank = layer.coefficients.shape[2]
+    heard = np.zeros((frames, _NUM_ROOM_KINDS * rank, hidden.shape[1]), dtype=np.float32)
     weights = np.empty(rank, dtype=np.float32)
     for frame in range(frames):
-        for node in range(window.starts[frame] + 1, window.starts[frame + 1]):
-            column = _ROOM_COLUMN[window.kinds[node]]
-            _read(layer, _INTO_ROOM[column], window.lengths[node], weights)
-            for k in range(rank):
-                if weights[k] != 0:
-                    row = heard[frame, column * rank + k]
-                    for i in range(inputs):
-                        row[i] += weights[k] * hidden[node, i]
-            _read(layer, _OUT_OF_ROOM[column], window.lengths[node], weights)
-            for k in range(rank):
-                if weights[k] != 0:
-                    row = said[frame, column * rank + k]
-                    for j in range(outputs):
-                        out[node, j] += weights[k] * row[j]
+        for node in range(nodes.starts[frame] + 1, nodes.starts[frame + 1]):
+            column = _ROOM_COLUMN[nodes.kinds[node]]
+            _read(layer, _INTO_ROOM[column], nodes.lengths[node], weights)
+            _spread(weights, hidden[node], heard[frame, column * rank : (column + 1) * rank])
     messages = np.dot(heard.reshape(frames, -1), layer.into_room)
     for frame in range(frames):
-        out[window.starts[frame]] += messages[frame]
+        out[nodes.starts[frame]] += messages[frame]
 
 
 @njit
-def _add_links(window: _Window, layer: _Layer, hidden: Float32Array, out: Float32Array) -> None:
-    """Interactions and people near walls. Persons are the few: products are made once for each of them."""
-    rank, inputs, outputs, count = layer.coefficients.shape[2], hidden.shape[1], out.shape[1], len(out)
+def _add_from_room(nodes: Nodes, layer: _Layer, hidden: Float32Array, out: Float32Array, frames: int) -> None:
+    """The room to everything: one product, then shared out."""
+    rank = layer.coefficients.shape[2]
+    rooms = np.empty((frames, hidden.shape[1]), dtype=np.float32)
+    for frame in range(frames):
+        rooms[frame] = hidden[nodes.starts[frame]]
+    said = np.dot(rooms, layer.out_of_room).reshape(frames, _NUM_ROOM_KINDS * rank, out.shape[1])
     weights = np.empty(rank, dtype=np.float32)
-    heard = np.empty((rank, inputs), dtype=np.float32)
-    said = np.empty((rank, outputs), dtype=np.float32)
-    done = np.zeros(len(window.sources), dtype=np.bool_)
-    for link in range(len(window.sources)):
-        if done[link] or window.targets[link] >= count:
+    for frame in range(frames):
+        for node in range(nodes.starts[frame] + 1, nodes.starts[frame + 1]):
+            column = _ROOM_COLUMN[nodes.kinds[node]]
+            _read(layer, _OUT_OF_ROOM[column], nodes.lengths[node], weights)
+            _gather(weights, said[frame, column * rank : (column + 1) * rank], out[node])
+
+
+@njit
+def _add_links(links: Links, layer: _Layer, hidden: Float32Array, out: Float32Array) -> None:
+    """Interactions and people near walls. Centres are few: products are made once for each of them."""
+    rank, inputs, outputs = layer.coefficients.shape[2], hidden.shape[1], out.shape[1]
+    weights = np.empty(rank, dtype=np.float32)
+    for group in range(len(links.starts) - 1):
+        first, last = links.starts[group], links.starts[group + 1]
+        if links.targets[first] >= len(out):
             continue
-        relation, source, target = window.relations[link], window.sources[link], window.targets[link]
-        place = _MEASURED_PLACE[relation]
-        if relation == _WALL_PERSON:
-            heard[:] = 0
-            for other in range(link, len(window.sources)):
-                if window.relations[other] == relation and window.targets[other] == target:
-                    done[other] = True
-                    _read(layer, place, window.link_lengths[other], weights)
-                    for k in range(rank):
-                        if weights[k] != 0:
-                            for i in range(inputs):
-                                heard[k, i] += weights[k] * hidden[window.sources[other], i]
-            out[target] += np.dot(heard.reshape(-1), layer.aggregate[place])
+        place = _MEASURED_PLACE[links.relations[first]]
+        if links.relations[first] == _WALL_PERSON:
+            heard = np.zeros((rank, inputs), dtype=np.float32)
+            for link in range(first, last):
+                _read(layer, place, links.lengths[link], weights)
+                _spread(weights, hidden[links.sources[link]], heard)
+            out[links.targets[first]] += np.dot(heard.reshape(-1), layer.aggregate[place])
         else:
-            said[:] = np.dot(hidden[source], layer.project[place]).reshape(rank, outputs)
-            for other in range(link, len(window.sources)):
-                if window.relations[other] == relation and window.sources[other] == source:
-                    done[other] = True
-                    _read(layer, place, window.link_lengths[other], weights)
-                    for k in range(rank):
-                        if weights[k] != 0:
-                            for j in range(outputs):
-                                out[window.targets[other], j] += weights[k] * said[k, j]
+            said = np.dot(hidden[links.sources[first]], layer.project[place]).reshape(rank, outputs)
+            for link in range(first, last):
+                _read(layer, place, links.lengths[link], weights)
+                _gather(weights, said, out[links.targets[link]])
+
+
+@njit
+def _spread(weights: Float32Array, values: Float32Array, rows: Float32Array) -> None:
+    """Add the values to every row, times its weight. Tabulated networks have two weights that are not 0."""
+    for k in range(len(weights)):
+        if weights[k] != 0:
+            for i in range(len(values)):
+                rows[k, i] += weights[k] * values[i]
+
+
+@njit
+def _gather(weights: Float32Array, rows: Float32Array, values: Float32Array) -> None:
+    """Add every row to the values, times its weight."""
+    for k in range(len(weights)):
+        if weights[k] != 0:
+            for i in range(len(values)):
+                values[i] += weights[k] * rows[k, i]
 
 
 @njit

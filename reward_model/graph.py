@@ -19,14 +19,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from reward_model.graph_kernels import (
-    fill_entities,
-    fill_goal_and_walls,
-    fill_lengths,
-    fill_room,
-    fill_sizes,
-    links,
-)
+from reward_model.graph_kernels import Entities, frame_arrays
 from reward_model.scenario import FloatArray, IntArray, ScenarioError, Sequence, Snapshot
 
 Float32Array = NDArray[np.float32]
@@ -178,24 +171,20 @@ def frame_graph(snapshot: Snapshot, segments: IntArray) -> FrameGraph:
             f"{len(snapshot.walls)} in an older one"
         )
     people, objects = snapshot.people, snapshot.objects
-    kinds = _node_kinds(len(people), len(objects), int(segments.sum()))
-    features = np.zeros((len(kinds), NUM_NODE_FEATURES), dtype=np.float32)
-    fill_room(features, snapshot.command, len(people))
-    fill_entities(features, 1, NodeKind.PERSON, 8, people.poses, people.velocities, snapshot.interval)
-    first_object = 1 + len(people)
-    fill_entities(features, first_object, NodeKind.OBJECT, 19, objects.poses, objects.velocities, snapshot.interval)
-    fill_sizes(features, first_object, objects.sizes)
-    goal = first_object + len(objects)
-    lengths = np.zeros(len(kinds), dtype=np.float32)
-    midpoints = fill_goal_and_walls(features, goal, snapshot.goal, snapshot.walls, segments)
-    fill_lengths(lengths, people.poses, objects.poses, snapshot.goal, midpoints)
-    ids = np.concatenate([people.ids, objects.ids])
-    sources, targets, relations, link_lengths = links(
-        people.poses, objects.poses, ids, _distinct(snapshot.interactions.pairs), midpoints, goal + 1
+    arrays = frame_arrays(
+        Entities(people.ids, people.poses, people.velocities),
+        Entities(objects.ids, objects.poses, objects.velocities),
+        objects.sizes,
+        snapshot.command,
+        snapshot.goal,
+        snapshot.walls,
+        segments,
+        snapshot.interactions.pairs,
+        float(snapshot.interval),
     )
-    if len(relations) and relations[0] < 0:
+    if snapshot.interactions.relations and arrays.link_relations.min(initial=0) < 0:
         raise ScenarioError("an interaction joins two objects; at least one of the two must be a person")
-    return FrameGraph(features, kinds, _node_keys(ids, segments), lengths, sources, targets, relations, link_lengths)
+    return FrameGraph(*arrays)
 
 
 def sequence_frames(sequence: Sequence) -> list[FrameGraph]:
@@ -262,33 +251,3 @@ def _plain_edges(sources: IntArray, targets: IntArray, relation: int) -> _Edges:
 def _shifted(edges: _Edges, start: int) -> _Edges:
     sources, targets, relations, lengths = edges
     return sources + start, targets + start, relations, lengths
-
-
-def _distinct(pairs: IntArray) -> IntArray:
-    """Each unordered pair once, in the order of first appearance; most often nothing has to be done."""
-    if len(pairs) < 2:
-        return pairs
-    seen = {(min(pair), max(pair)): index for index, pair in reversed(list(enumerate(pairs.tolist())))}
-    return pairs if len(seen) == len(pairs) else pairs[sorted(seen.values())]
-
-
-def _node_kinds(num_people: int, num_objects: int, num_segments: int) -> Int32Array:
-    kinds = np.empty(2 + num_people + num_objects + num_segments, dtype=np.int32)
-    first_object, goal = 1 + num_people, 1 + num_people + num_objects
-    kinds[0] = NodeKind.ROOM
-    kinds[1:first_object] = NodeKind.PERSON
-    kinds[first_object:goal] = NodeKind.OBJECT
-    kinds[goal] = NodeKind.GOAL
-    kinds[goal + 1 :] = NodeKind.WALL
-    return kinds
-
-
-def _node_keys(ids: IntArray, segments: IntArray) -> IntArray:
-    """Ids as they are for people and objects; room, goal and segments lie below every id that fits in 62 bits."""
-    lowest = np.iinfo(np.int64).min
-    num_segments = int(segments.sum())
-    keys = np.empty(2 + len(ids) + num_segments, dtype=np.int64)
-    keys[0], keys[1 + len(ids)] = lowest, lowest + 1
-    keys[1 : 1 + len(ids)] = ids
-    keys[2 + len(ids) :] = lowest + 2 + np.arange(num_segments)
-    return keys
