@@ -20,6 +20,7 @@ WINDOWS_PER_EPISODE: Final = 8
 _EPISODE_STEPS: Final = 90  # control periods after the warm-up, 18 s
 _SWITCH: Final = 0.02  # chance, each control period, that another driver takes over
 _INTERVALS: Final = (0.1, 0.2)  # s, range of the genuine recordings' snapshot spacing
+_REVERSED_WALLS: Final = 0.15  # share of windows
 
 # As many people and objects as SocNav2's scenes have (up to 14 and 11), more often than by default.
 CROWDED: Final = PopulationConfig(still=(0, 6), wandering=(0, 6), tables=(0, 3), plants=(0, 3), interactions=(0, 3))
@@ -67,9 +68,14 @@ def _any_driver(rng: np.random.Generator) -> Driver:
 
 
 def _window(snapshots: tuple[Snapshot, ...], rng: np.random.Generator) -> list[FrameGraph]:
-    """The window of the last snapshots; half the time as if recorded at another rate, like the genuine ones."""
-    segments = wall_segments(snapshots[-1].walls)
+    """The window of the last snapshots, at times made to vary as recordings do.
+
+    Half of them as if recorded at another rate, some with their walls the other way round, as in mirrored scenes.
+    """
     chosen = [snapshots[index] for index in select_window([each.timestamp for each in snapshots])]
     if rng.random() < 0.5:
         chosen = [replace(each, interval=rng.uniform(*_INTERVALS)) for each in chosen]
+    if rng.random() < _REVERSED_WALLS:
+        chosen = [replace(each, walls=each.walls[:, [2, 3, 0, 1]]) for each in chosen]
+    segments = wall_segments(chosen[0].walls)
     return [frame_graph(each, segments) for each in chosen]

@@ -34,9 +34,11 @@ class Recorder:
         self._object_ids = np.arange(layout.num_people + 1, layout.num_people + layout.num_objects + 1)
         self._interactions = Interactions(layout.interaction_pairs + 1, layout.interaction_relations)
         self._object_sizes = layout.object_sizes
-        self._segments = wall_segments(layout.room.walls)
+        # SocNav2's recordings list walls clockwise, and the published network's answers depend on it.
+        corners = layout.room.corners[::-1]
+        self._segments = wall_segments(closed_lines(corners))
         self._fixed_poses = layout.object_poses
-        self._fixed_points = np.vstack([layout.goal, layout.room.corners])
+        self._fixed_points = np.vstack([layout.goal, corners])
         self._poses: FloatArray | None = None  # of people, then objects, in the last snapshot
         capacity = frames_per_window(control_period)
         self._snapshots: deque[Snapshot] = deque(maxlen=capacity)
