@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from safetensors import SafetensorError, safe_open
-from safetensors.torch import save
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecNormalize
 from torch import Tensor
 
-from agents.errors import AgentError
 from agents.policy import fill_network, network_tensors
-from reward_model.files import replace_file
+from agents.tensor_files import read_tensors, write_tensors
 
 CHECKPOINT_FILE = "checkpoint.safetensors"
-CHECKPOINT_FORMAT = "socnav2-checkpoint-1"
+CHECKPOINT_LAYOUT = "socnav2-checkpoint-1"
 
 
 @dataclass
@@ -46,22 +42,12 @@ def save_checkpoint(path: Path, model: PPO, history: History) -> None:
     tensors = {f"policy.{name}": tensor for name, tensor in network_tensors(model.policy).items()}
     for index, state in model.policy.optimizer.state_dict()["state"].items():
         tensors |= {f"optimizer.{index}.{name}": tensor.contiguous() for name, tensor in state.items()}
-    metadata = {"format": CHECKPOINT_FORMAT, "progress": json.dumps(progress)}
-    replace_file(path, save(tensors, metadata))
+    write_tensors(path, CHECKPOINT_LAYOUT, tensors, progress)
 
 
 def load_checkpoint(path: Path) -> Checkpoint:
     """Read what `save_checkpoint` wrote. Raises `AgentError` naming the file if it is anything else."""
-    try:
-        with safe_open(path, framework="pt") as stored:
-            metadata = stored.metadata() or {}
-            tensors = {name: stored.get_tensor(name) for name in stored.keys()}  # noqa: SIM118 no mapping
-    except (OSError, SafetensorError) as error:
-        raise AgentError(f"{path}: is not a checkpoint: {error}") from error
-    if metadata.get("format") != CHECKPOINT_FORMAT:
-        found = metadata.get("format")
-        raise AgentError(f"{path}: is not a checkpoint: format must be {CHECKPOINT_FORMAT}, got {found}")
-    progress = json.loads(metadata["progress"])
+    tensors, progress = read_tensors(path, CHECKPOINT_LAYOUT)
     return Checkpoint(path, tensors, progress, History(**progress["history"]))
 
 

@@ -36,25 +36,10 @@ class PPOConfig:
     """Gradients longer than this are shortened to it."""
     log_std_init: float = -0.5
     """Logarithm of the actions' standard deviation at the start."""
-    entity_width: int = 64
+    entity_width: int = 32
     """Numbers that encode one entity."""
     net_arch: tuple[int, ...] = (64,)
     """Hidden layers of the actor, and of the critic, on top of the pooled entities."""
-
-    def __post_init__(self) -> None:
-        require(self.n_steps >= 2, f"ppo.n_steps must be at least 2, got {self.n_steps}")
-        for name in ("batch_size", "n_epochs", "entity_width"):
-            require(getattr(self, name) >= 1, f"ppo.{name} must be at least 1, got {getattr(self, name)}")
-        for name in ("learning_rate", "clip_range", "max_grad_norm"):
-            require(getattr(self, name) > 0, f"ppo.{name} must be above 0, got {getattr(self, name)}")
-        for name in ("gamma", "gae_lambda"):
-            require(0 <= getattr(self, name) <= 1, f"ppo.{name} must be from 0 to 1, got {getattr(self, name)}")
-        for name in ("ent_coef", "vf_coef"):
-            require(getattr(self, name) >= 0, f"ppo.{name} must not be negative, got {getattr(self, name)}")
-        require(
-            all(width >= 1 for width in self.net_arch),
-            f"ppo.net_arch must hold widths of at least 1, got {self.net_arch}",
-        )
 
 
 @dataclass(frozen=True)
@@ -98,6 +83,7 @@ class TrainingConfig:
             require(getattr(self, name) >= 1, f"{name} must be at least 1, got {getattr(self, name)}")
         for name in ("num_workers", "seed"):
             require(getattr(self, name) >= 0, f"{name} must not be negative, got {getattr(self, name)}")
+        _check_ppo(self.ppo)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values that JSON can hold; `from_dict` is the inverse."""
@@ -116,3 +102,19 @@ def _build(cls: type[Config], values: dict[str, Any], where: str) -> Config:
     unknown = sorted(set(values) - known)
     require(not unknown, f"{where}: unknown key {', '.join(unknown)}; valid are {', '.join(sorted(known))}")
     return cls(**values)
+
+
+def _check_ppo(ppo: PPOConfig) -> None:
+    require(ppo.n_steps >= 2, f"ppo.n_steps must be at least 2, got {ppo.n_steps}")
+    for name in ("batch_size", "n_epochs", "entity_width"):
+        require(getattr(ppo, name) >= 1, f"ppo.{name} must be at least 1, got {getattr(ppo, name)}")
+    for name in ("learning_rate", "clip_range", "max_grad_norm"):
+        require(getattr(ppo, name) > 0, f"ppo.{name} must be above 0, got {getattr(ppo, name)}")
+    for name in ("gamma", "gae_lambda"):
+        require(0 <= getattr(ppo, name) <= 1, f"ppo.{name} must be from 0 to 1, got {getattr(ppo, name)}")
+    for name in ("ent_coef", "vf_coef"):
+        require(getattr(ppo, name) >= 0, f"ppo.{name} must not be negative, got {getattr(ppo, name)}")
+    require(
+        all(width >= 1 for width in ppo.net_arch),
+        f"ppo.net_arch must hold widths of at least 1, got {ppo.net_arch}",
+    )

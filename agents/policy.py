@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
@@ -10,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agents.errors import AgentError, require
-from reward_model.files import replace_file
 
 if TYPE_CHECKING:
     from gymnasium import spaces
@@ -22,7 +20,7 @@ State = tuple[NDArray[Any], ...] | None
 
 AGENT_FILE = "agent.safetensors"
 SHIPPED_FOLDER = Path(__file__).parent / "weights"
-AGENT_FORMAT = "socnav2-agent-1"
+AGENT_LAYOUT = "socnav2-agent-1"
 
 
 @runtime_checkable
@@ -104,7 +102,7 @@ def policy_arguments(architecture: dict[str, Any]) -> dict[str, Any]:
 
 def save_policy(policy: ActorCriticPolicy, architecture: dict[str, Any], path: Path) -> None:
     """Write a trained network to one safetensors file, its sizes and spaces in the file's header."""
-    from safetensors.torch import save
+    from agents.tensor_files import write_tensors
 
     description = {
         "architecture": architecture,
@@ -114,8 +112,7 @@ def save_policy(policy: ActorCriticPolicy, architecture: dict[str, Any], path: P
         },
         "action": {"low": policy.action_space.low.tolist(), "high": policy.action_space.high.tolist()},  # type: ignore[attr-defined]
     }
-    metadata = {"format": AGENT_FORMAT, "description": json.dumps(description)}
-    replace_file(path, save(network_tensors(policy), metadata))
+    write_tensors(path, AGENT_LAYOUT, network_tensors(policy), description)
 
 
 def network_tensors(policy: ActorCriticPolicy) -> dict[str, Tensor]:
@@ -134,17 +131,9 @@ def fill_network(policy: ActorCriticPolicy, tensors: dict[str, Tensor], where: P
 
 def load_policy(path: Path) -> ActorCriticPolicy:
     """Read what `save_policy` wrote. Raises `AgentError` naming the file if it is anything else."""
-    from safetensors import SafetensorError, safe_open
+    from agents.tensor_files import read_tensors
 
-    try:
-        with safe_open(path, framework="pt") as stored:
-            metadata = stored.metadata() or {}
-            tensors = {name: stored.get_tensor(name) for name in stored.keys()}  # noqa: SIM118 no mapping
-    except (OSError, SafetensorError) as error:
-        raise AgentError(f"{path}: is not an agent's file: {error}") from error
-    if metadata.get("format") != AGENT_FORMAT:
-        raise AgentError(f"{path}: is not an agent's file: format must be {AGENT_FORMAT}, got {metadata.get('format')}")
-    description = json.loads(metadata["description"])
+    tensors, description = read_tensors(path, AGENT_LAYOUT)
     policy = build_policy(
         _dict_space(description["observation"]), _box(description["action"]), description["architecture"]
     )

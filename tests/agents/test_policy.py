@@ -44,9 +44,9 @@ def test_an_unknown_name_lists_the_valid_ones() -> None:
 def test_other_files_are_refused(tmp_path: Path) -> None:
     text = tmp_path / "notes.txt"
     text.write_text("no tensors")
-    with pytest.raises(AgentError, match=r"notes\.txt: is not an agent's file"):
+    with pytest.raises(AgentError, match=r"notes\.txt: is no file of tensors"):
         load_agent(text)
     tensors = tmp_path / "other.safetensors"
     save_file({"weight": np.zeros(2, np.float32)}, tensors)
-    with pytest.raises(AgentError, match="format must be socnav2-agent-1, got None"):
+    with pytest.raises(AgentError, match="its header must describe a socnav2-agent-1, got nothing"):
         load_agent(tensors)
