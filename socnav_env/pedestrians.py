@@ -257,3 +257,22 @@ def in_need_of_target(walkers: Walkers, patience: float) -> BoolArray:
 def sample_speeds(people: PeopleConfig, count: int, rng: np.random.Generator) -> FloatArray:
     """Desired speeds of `count` people [m/s]."""
     return np.clip(rng.normal(people.speed, people.speed_deviation, count), *people.speed_limits)
+
+
+def walkers_of(poses: FloatArray, groups: IntArray, people: PeopleConfig, rng: np.random.Generator) -> Walkers:
+    """Walkers at the beginning, in need of a target.
+
+    poses: (num_walkers, 3)
+    groups: (num_walkers,) people with the same number walk together, as far apart as they are now; -1: alone
+    """
+    count, group = len(groups), groups.copy()
+    alone = group < 0
+    group[alone] = group.max(initial=-1) + 1 + np.arange(alone.sum())
+    speed, spacing = sample_speeds(people, count, rng), np.zeros(count)
+    for number in np.unique(groups[~alone]):
+        members = np.flatnonzero(group == number)
+        places = poses[members, :2]
+        speed[members] = speed[members].min()
+        extent = np.hypot(*(places[:, None] - places).transpose(2, 0, 1)).max()
+        spacing[members] = extent / max(len(members) - 1, 1)
+    return Walkers(speed, group, spacing, poses[:, :2].copy(), np.zeros(count), np.zeros(count))

@@ -14,15 +14,15 @@ import pymunk.batch
 
 from socnav_env.config import EnvConfig
 from socnav_env.geometry import box_distances, boxes_of, wall_distances
-from socnav_env.layout import BoolArray, FloatArray, Layout
+from socnav_env.layout import BoolArray, FloatArray, IntArray, Layout
 from socnav_env.pedestrians import (
     Surroundings,
     Walkers,
     first_in_sight,
     habits_of,
     in_need_of_target,
-    sample_speeds,
     walk,
+    walkers_of,
 )
 
 ROBOT, PERSON, OBJECT, WALL = 1, 2, 3, 4  # pymunk's collision types
@@ -77,8 +77,10 @@ class World:
         self._before = self._bodies[:, :3].copy()
         self._command = np.zeros(2)
         self._touched: set[int] = set()
-        self._walkers = self._make_walkers()
-        self._physics = _Physics(self._bodies, self._velocities, self._groups(), self._around, config)
+        self._walkers = walkers_of(
+            layout.people_poses[self._walks], layout.people_group[self._walks], config.people, rng
+        )
+        self._physics = _Physics(self._bodies, self._velocities, self._walkers.group, self._around, config)
         self._physics.report_touches(self._touched)
 
     def advance(self, command: FloatArray) -> None:
@@ -206,25 +208,6 @@ class World:
         discs[:, 2] = self.config.people.radius
         return Surroundings(self._walls, discs, self._boxes)
 
-    def _groups(self) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
-        """(num_walkers,) the group of each; those on their own get numbers of their own."""
-        groups = self.layout.people_group[self._walks]
-        alone = groups < 0
-        groups[alone] = groups.max(initial=-1) + 1 + np.arange(alone.sum())
-        return groups
-
-    def _make_walkers(self) -> Walkers:
-        groups, places = self._groups(), self._bodies[:-1, :2]
-        count = len(groups)
-        speed, spacing = sample_speeds(self.config.people, count, self._rng), np.zeros(count)
-        for group in np.unique(groups):
-            members = np.flatnonzero(groups == group)
-            speed[members] = speed[members].min()
-            if len(members) > 1:
-                extent = max(math.dist(places[one], places[other]) for one in members for other in members)
-                spacing[members] = extent / (len(members) - 1)
-        return Walkers(speed, groups, spacing, places.copy(), np.zeros(count), np.zeros(count))
-
     def _pick_targets(self, needed: BoolArray) -> None:
         """Give new targets to the groups of those who need one; whoever finds none waits and looks again."""
         if not needed.any():
@@ -260,7 +243,7 @@ class _Physics:
         self,
         bodies: FloatArray,
         velocities: FloatArray,
-        groups: np.ndarray[tuple[int], np.dtype[np.int64]],
+        groups: IntArray,
         around: Surroundings,
         config: EnvConfig,
     ):

@@ -12,6 +12,7 @@ from socnav_env.pedestrians import (
     in_need_of_target,
     sample_speeds,
     walk,
+    walkers_of,
 )
 from socnav_env.rooms import l_room, rectangular_room
 
@@ -139,3 +140,15 @@ def test_desired_speeds_stay_within_their_limits():
     speeds = sample_speeds(PeopleConfig(speed_deviation=1.0), 500, np.random.default_rng(0))
     assert speeds.min() == 0.4
     assert speeds.max() == 1.0
+
+
+def test_those_who_walk_together_share_the_slowest_speed_and_keep_their_distance():
+    poses = np.array([[0.0, 0.0, 0.0], [5.0, 0.0, 0.0], [0.0, 0.6, 0.0], [0.0, 1.2, 0.0]])
+    walkers = walkers_of(poses, np.array([0, -1, 0, 0]), PeopleConfig(), np.random.default_rng(0))
+    assert walkers.group.tolist() == [0, 1, 0, 0]
+    assert walkers.spacing.tolist() == pytest.approx([0.6, 0.0, 0.6, 0.6])
+    assert walkers.speed[0] == walkers.speed[2] == walkers.speed[3]
+    assert walkers.speed[1] != walkers.speed[0]
+    assert in_need_of_target(walkers, 2.0).all()
+    nobody = walkers_of(np.empty((0, 3)), np.empty(0, dtype=np.int64), PeopleConfig(), np.random.default_rng(0))
+    assert nobody.target.shape == (0, 2)
