@@ -17,7 +17,6 @@ from socnav_env.geometry import box_distances, boxes_of, wall_distances
 from socnav_env.layout import BoolArray, FloatArray, IntArray, Layout
 from socnav_env.pedestrians import (
     Surroundings,
-    Walkers,
     first_in_sight,
     habits_of,
     in_need_of_target,
