@@ -20,6 +20,7 @@ from socnav_env.rewards import Moment, Reward, make_reward, weighted_terms
 
 if TYPE_CHECKING:
     from socnav_env.rendering import Renderer
+    from socnav_env.world import World
 
 RATED_SPEED = 3.5 / 9.4  # m/s, the fastest robot that the raters of SocNav2 saw
 RATED_TURN_RATE = 4.0 / 10.32  # rad/s, likewise
@@ -113,16 +114,14 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
         if self.render_mode is None:
             gym.logger.warn('render() needs gym.make("SocNav2-v0", render_mode="rgb_array" or "human")')
             return None
-        if self._episode is None:
-            raise gym.error.ResetNeeded("render() needs a scene, call reset() first")
-        if self._renderer is None:
-            from socnav_env.rendering import Renderer  # loads pygame
+        if self.render_mode == "rgb_array":
+            return self.frame()
+        self._drawing().show(self._scene().view(), self.metadata["render_fps"])
+        return None
 
-            self._renderer = Renderer()
-        if self.render_mode == "human":
-            self._renderer.show(self._episode.view(), self.metadata["render_fps"])
-            return None
-        return self._renderer.draw(self._episode.view())
+    def frame(self) -> NDArray[np.uint8]:
+        """Return a picture of the scene as it is now, uint8 (height, width, 3), whatever the render mode."""
+        return self._drawing().draw(self._scene().view())
 
     def close(self) -> None:
         """Close the window, if there is one."""
@@ -130,12 +129,28 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
             self._renderer.close()
             self._renderer = None
 
-    def _running_episode(self) -> Episode:
+    @property
+    def world(self) -> World:
+        """The world of the episode, to be asked and not changed."""
+        return self._scene().world
+
+    def _scene(self) -> Episode:
         if self._episode is None:
-            raise gym.error.ResetNeeded("step() needs a scene, call reset() first")
-        if self._episode.outcome is not None:
-            raise gym.error.ResetNeeded(f"the episode has ended ({self._episode.outcome}), call reset()")
+            raise gym.error.ResetNeeded("there is no scene yet, call reset() first")
         return self._episode
+
+    def _running_episode(self) -> Episode:
+        episode = self._scene()
+        if episode.outcome is not None:
+            raise gym.error.ResetNeeded(f"the episode has ended ({episode.outcome}), call reset()")
+        return episode
+
+    def _drawing(self) -> Renderer:
+        if self._renderer is None:
+            from socnav_env.rendering import Renderer  # loads pygame
+
+            self._renderer = Renderer()
+        return self._renderer
 
     def _observe(self, episode: Episode) -> Any:
         return self.observation.observe(episode.world, episode.time_left)
@@ -177,6 +192,13 @@ def command_of(action: ArrayLike, robot: RobotConfig) -> FloatArray:
     forward, turn = (min(max(value, -1.0), 1.0) for value in values.tolist())
     top_speed = robot.max_forward_speed if forward >= 0 else robot.max_backward_speed
     return np.array([forward * top_speed, turn * robot.max_turn_rate])
+
+
+def action_of(command: FloatArray, robot: RobotConfig) -> FloatArray:
+    """Translate a command, forward speed [m/s] and turn rate [rad/s], into the action that asks for it."""
+    forward, turn = command.tolist()
+    top_speed = robot.max_forward_speed if forward >= 0 else robot.max_backward_speed
+    return np.array([forward / top_speed if top_speed else 0.0, turn / robot.max_turn_rate])
 
 
 def in_rated_range(robot: RobotConfig) -> bool:

@@ -105,7 +105,7 @@ class Episode:
 def begin_episode(config: EnvConfig, random: np.random.Generator, judged: bool) -> Episode:
     """Draw a scene and let its warm-up pass; a scene that is over before it begins is drawn anew.
 
-    That happens where people do not notice the robot and walk into it as it stands.
+    That can happen where people stop for nobody (`people.stop_distance` 0) and walk into the robot as it stands.
     Raises `ConfigError` where it happens every time.
     """
     for _ in range(MAX_STARTS):

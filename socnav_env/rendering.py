@@ -69,13 +69,15 @@ class Renderer:
         pygame.font.init()
         self._size = size
         self._canvas = pygame.Surface((size * SUPERSAMPLING, size * SUPERSAMPLING))
+        self._floor = self._canvas.copy()  # the room drawn last, most often the next one too
+        self._corners = np.zeros((0, 2))
         self._window: pygame.Surface | None = None
         self._clock = pygame.time.Clock()
 
     def draw(self, view: SceneView) -> NDArray[np.uint8]:
         """Draw the scene and return the picture, uint8 (height, width, 3)."""
-        pixels = pygame.surfarray.array3d(self._picture(view))
-        return np.ascontiguousarray(pixels.swapaxes(0, 1), dtype=np.uint8)
+        pixels = bytearray(pygame.image.tobytes(self._picture(view), "RGB"))
+        return np.frombuffer(pixels, dtype=np.uint8).reshape(self._size, self._size, 3)
 
     def show(self, view: SceneView, frames_per_second: float) -> None:
         """Draw the scene into a window, opening it the first time, and wait until the next frame is due."""
@@ -95,9 +97,12 @@ class Renderer:
             self._window = None
 
     def _picture(self, view: SceneView) -> pygame.Surface:
-        self._canvas.fill(BACKGROUND)
+        if not np.array_equal(self._corners, view.corners):
+            self._floor.fill(BACKGROUND)
+            _Painter(self._floor, view.corners).room(view.corners)
+            self._corners = view.corners.copy()
+        self._canvas.blit(self._floor, (0, 0))
         painter = _Painter(self._canvas, view.corners)
-        painter.room(view.corners)
         painter.goal(view)
         painter.interactions(view.interaction_lines)
         for pose, size, kind in zip(view.object_poses, view.object_sizes, view.object_kinds, strict=True):
@@ -183,7 +188,7 @@ class _Painter:
             self._polygon(SCREEN, pose, _box(np.array([0.04, 0.15])) - [0.10, 0.0])
         else:
             self._polygon(POT, pose, _box(half))
-            leaves = _circle(0.11) * [1.0, 0.55] + [0.13, 0.0]
+            leaves = _circle(0.08) * [1.0, 0.5] + [0.09, 0.0]
             for index in range(7):
                 turned = np.array([*pose[:2], pose[2] + index * 2 * np.pi / 7])
                 self._polygon(LEAF if index % 2 else LEAF_DARK, turned, leaves)

@@ -1,0 +1,8 @@
+"""`python -m socnav_env`: look at the environment."""
+
+import sys
+
+from socnav_env.cli import main
+
+if __name__ == "__main__":
+    sys.exit(main())
