@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tempfile
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -61,10 +62,23 @@ class Checkpoint:
 
 
 def save_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
-    """Write a checkpoint folder, replacing an older one; each file appears complete or not at all."""
+    """Write a checkpoint folder, replacing an older one.
+
+    Both files are written out beside the folder before either takes its place, so that a full disk or a value that
+    JSON cannot hold leaves the older checkpoint as it was. Raises `OSError` where the place cannot be written.
+    """
     document = {"graph_layout": LAYOUT_VERSION, "network": asdict(checkpoint.config), "about": checkpoint.about}
-    replace_file(path / WEIGHTS_FILE, save({name: tensor.contiguous() for name, tensor in checkpoint.tensors.items()}))
-    replace_file(path / CONFIG_FILE, (json.dumps(document, indent=2) + "\n").encode())
+    contents = {
+        CONFIG_FILE: (json.dumps(document, indent=2) + "\n").encode(),
+        WEIGHTS_FILE: save({name: tensor.contiguous() for name, tensor in checkpoint.tensors.items()}),
+    }
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=f".{path.name}.", dir=path.parent) as folder:
+        for name, content in contents.items():
+            replace_file(Path(folder) / name, content)
+        path.mkdir(exist_ok=True)
+        for name in contents:
+            (Path(folder) / name).replace(path / name)
 
 
 def load_checkpoint(path: Path) -> Checkpoint:
@@ -90,8 +104,8 @@ def load_checkpoint(path: Path) -> Checkpoint:
 
 def _read_config(path: Path) -> tuple[NetworkConfig, dict[str, Any]]:
     try:
-        document = json.loads(path.read_text())
-    except (ValueError, UnicodeDecodeError) as error:
+        document = json.loads(path.read_text(encoding="utf-8"))
+    except (ValueError, RecursionError) as error:
         raise CheckpointError(f"{path}: not readable as JSON ({error})") from None
     if not isinstance(document, dict) or set(document) != _KEYS:
         raise CheckpointError(f"{path}: must be an object with the keys {sorted(_KEYS)}")
@@ -107,7 +121,7 @@ def _read_config(path: Path) -> tuple[NetworkConfig, dict[str, Any]]:
     for key, kind in expected.items():
         if not isinstance(network[key], kind):
             raise CheckpointError(f"{path}: network.{key} must be a {kind.__name__}, got {network[key]!r}")
-    if not all(isinstance(size, int) and size > 0 for size in network["sizes"]):
+    if not all(type(size) is int and size > 0 for size in network["sizes"]):
         raise CheckpointError(f"{path}: network.sizes must be positive whole numbers, got {network['sizes']}")
     try:
         config = NetworkConfig(network["kind"], tuple(network["sizes"]), network["edge_network"])

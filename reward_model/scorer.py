@@ -14,7 +14,7 @@ import torch
 from reward_model.checkpoint import Checkpoint, CheckpointError, NetworkConfig, load_checkpoint
 from reward_model.compiled import EdgelessMPNN, propagate
 from reward_model.fused import FusedMPNN
-from reward_model.graph import Float32Array, FrameGraph, scene_graph, sequence_frames
+from reward_model.graph import NUM_FRAMES, Float32Array, FrameGraph, scene_graph, sequence_frames
 from reward_model.scenario import Scores, Sequence
 from reward_model.windows import pack_windows
 
@@ -33,13 +33,18 @@ class SocialScorer:
     """How acceptable people find a robot's last second, as a trained network answers.
 
     name: names the weights, for whoever reports the scores
+    form: `compiled` (fast, needs no DGL) or `dgl` (the network as it is defined)
+    device: where the network runs, as PyTorch names it; compiled networks are fastest for single windows on `cpu`
+    Raises `CheckpointError` where the weights do not fit the network they claim to be or DGL is not there, and
+    `ValueError` for another form or a device that is not there.
     """
 
     def __init__(self, checkpoint: Checkpoint, name: str, form: Form = "compiled", device: str = "cpu") -> None:
         if form not in FORMS:
-            raise CheckpointError(f"form must be one of {list(FORMS)}, got {form!r}")
+            raise ValueError(f"form must be one of {list(FORMS)}, got {form!r}")
         self.name = name
-        self._network: _Network = _Compiled(checkpoint, device) if form == "compiled" else _OnDGL(checkpoint, device)
+        place = _usable_device(device)
+        self._network: _Network = _Compiled(checkpoint, place) if form == "compiled" else _OnDGL(checkpoint, place)
 
     def score(self, sequence: Sequence) -> Scores:
         """Score the last second of one sequence."""
@@ -47,25 +52,31 @@ class SocialScorer:
         return Scores(q1, q2)
 
     def score_batch(self, sequences: Items[Sequence]) -> Float32Array:
-        """(num_sequences, 2) Q1 and Q2 of each sequence's last second."""
+        """(num_sequences, 2) Q1 and Q2 of each sequence's last second. Raises `ScenarioError` as `frame_graph` does."""
         return self.score_windows([sequence_frames(sequence) for sequence in sequences])
 
     def score_windows(self, windows: Items[Items[FrameGraph]]) -> Float32Array:
-        """(num_windows, 2) Q1 and Q2 of windows of up to three frames, newest first, made by `frame_graph`."""
+        """(num_windows, 2) Q1 and Q2 of windows of one to three frames, newest first, made by `frame_graph`.
+
+        Raises `ValueError` for a window of another number of frames.
+        """
         if not windows:
             return np.zeros((0, 2), dtype=np.float32)
+        for index, window in enumerate(windows):
+            if not 1 <= len(window) <= NUM_FRAMES:
+                raise ValueError(f"window {index} must have 1 to {NUM_FRAMES} frames, got {len(window)}")
         return self._network(windows)
 
 
 class _Compiled:
     """Windows one by one through compiled code on the CPU, or padded together wherever else."""
 
-    def __init__(self, checkpoint: Checkpoint, device: str) -> None:
+    def __init__(self, checkpoint: Checkpoint, device: torch.device) -> None:
         network = EdgelessMPNN(checkpoint.config.sizes, checkpoint.config.edge_network)
         _load_state(network, checkpoint)
         with torch.no_grad():
             layers = network.operators()
-        self._fused = FusedMPNN(layers) if device == "cpu" else None
+        self._fused = FusedMPNN(layers) if device.type == "cpu" else None
         self._layers = [layer.to(device) for layer in layers]
         self._device = device
 
@@ -84,7 +95,7 @@ class _Compiled:
 
 
 class _OnDGL:
-    def __init__(self, checkpoint: Checkpoint, device: str) -> None:
+    def __init__(self, checkpoint: Checkpoint, device: torch.device) -> None:
         try:
             from reward_model.models.batching import dgl_graph
             from reward_model.models.mpnn import MPNN
@@ -107,11 +118,15 @@ def load_scorer(weights: str | Path = "default", form: Form = "compiled", device
     """Load a scorer.
 
     weights: `default` (what ships), `published` (Bachiller et al.'s network, once imported) or a checkpoint folder
-    form: `compiled` (fast, needs no DGL) or `dgl` (the network as it is defined)
-    Raises `CheckpointError` where there is no such checkpoint or it cannot be used.
+    form, device: see `SocialScorer`
+    Raises `CheckpointError` where there is no such checkpoint or it cannot be used, `ValueError` as `SocialScorer`.
     """
     path = weights_path(weights)
-    return SocialScorer(load_checkpoint(path), str(weights), form, device)
+    checkpoint = load_checkpoint(path)
+    try:
+        return SocialScorer(checkpoint, str(weights), form, device)
+    except CheckpointError as error:
+        raise CheckpointError(f"{path}: {error}") from None
 
 
 def weights_path(weights: str | Path) -> Path:
@@ -137,12 +152,24 @@ def cache_folder() -> Path:
     return Path(os.environ.get("SOCNAV_CACHE") or platformdirs.user_cache_dir("socnav2"))
 
 
-def _load_state(network: torch.nn.Module, checkpoint: Checkpoint) -> None:
+def _usable_device(device: str) -> torch.device:
     try:
-        network.load_state_dict(checkpoint.tensors)
-    except RuntimeError as error:
-        reason = " ".join(str(error).split())
-        raise CheckpointError(f"the weights do not fit the network {_describe(checkpoint.config)}: {reason}") from None
+        return torch.empty(0, device=device).device
+    except (RuntimeError, AssertionError) as error:  # the latter where PyTorch was built without CUDA
+        reason = str(error).splitlines()[0]
+        raise ValueError(f"device must be one that PyTorch can use here, got {device!r} ({reason})") from None
+
+
+def _load_state(network: torch.nn.Module, checkpoint: Checkpoint) -> None:
+    expected = {name: tensor.shape for name, tensor in network.state_dict().items()}
+    found = {name: tensor.shape for name, tensor in checkpoint.tensors.items()}
+    fits = f"the weights do not fit the network {_describe(checkpoint.config)}"
+    if odd := sorted(expected.keys() ^ found.keys()):
+        raise CheckpointError(f"{fits}: {odd[0]} is {'missing' if odd[0] in expected else 'not part of it'}")
+    for name, shape in expected.items():
+        if found[name] != shape:
+            raise CheckpointError(f"{fits}: {name} must have shape {tuple(shape)}, got {tuple(found[name])}")
+    network.load_state_dict(checkpoint.tensors)
 
 
 def _describe(config: NetworkConfig) -> str:
