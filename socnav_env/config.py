@@ -210,8 +210,8 @@ class RewardConfig:
     """
 
     social: float = 1.0
-    arrival: float = 10.0
-    contact: float = -10.0
+    arrival: float = 50.0
+    contact: float = -50.0
     crowdnav_arrival: float = 1.0
     crowdnav_contact: float = -0.25
     crowdnav_discomfort: float = 0.5
