@@ -172,14 +172,14 @@ def frame_graph(snapshot: Snapshot, segments: IntArray) -> FrameGraph:
         )
     people, objects = snapshot.people, snapshot.objects
     arrays = frame_arrays(
-        Entities(people.ids, people.poses, people.velocities),
-        Entities(objects.ids, objects.poses, objects.velocities),
-        objects.sizes,
-        snapshot.command,
-        snapshot.goal,
-        snapshot.walls,
+        Entities(_whole(people.ids), _real(people.poses), _real(people.velocities)),
+        Entities(_whole(objects.ids), _real(objects.poses), _real(objects.velocities)),
+        _real(objects.sizes),
+        _real(snapshot.command),
+        _real(snapshot.goal),
+        _real(snapshot.walls),
         segments,
-        snapshot.interactions.pairs,
+        _whole(snapshot.interactions.pairs),
         float(snapshot.interval),
     )
     if snapshot.interactions.relations and arrays.link_relations.min(initial=0) < 0:
@@ -251,3 +251,12 @@ def _plain_edges(sources: IntArray, targets: IntArray, relation: int) -> _Edges:
 def _shifted(edges: _Edges, start: int) -> _Edges:
     sources, targets, relations, lengths = edges
     return sources + start, targets + start, relations, lengths
+
+
+# Compiled code is made anew for every memory layout it meets, which takes seconds: it shall meet one only.
+def _real(values: FloatArray) -> FloatArray:
+    return np.ascontiguousarray(values, dtype=np.float64)
+
+
+def _whole(values: IntArray) -> IntArray:
+    return np.ascontiguousarray(values, dtype=np.int64)
