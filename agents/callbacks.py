@@ -84,20 +84,24 @@ class TrainingCallback(BaseCallback):
             console=console,
         )
 
+    @property
+    def control_steps(self) -> int:
+        """Control steps trained for so far; SB3 counts actions."""
+        return self.num_timesteps * self.config.action_repeat
+
     def _on_training_start(self) -> None:
-        self._evaluated = self.num_timesteps
-        self._saved = self.num_timesteps
+        self._evaluated = self._saved = self.control_steps
         self._task = self._progress.add_task(
-            "training", total=self.config.total_timesteps, completed=self.num_timesteps, state=""
+            "training", total=self.config.total_timesteps, completed=self.control_steps, state=""
         )
         self._progress.start()
 
     def _on_rollout_start(self) -> None:
-        if self.num_timesteps - self._evaluated >= self.config.evaluation_interval:
-            self._evaluated = self.num_timesteps
+        if self.control_steps - self._evaluated >= self.config.evaluation_interval:
+            self._evaluated = self.control_steps
             self._evaluate()
-        if self.num_timesteps - self._saved >= self.config.checkpoint_interval:
-            self._saved = self.num_timesteps
+        if self.control_steps - self._saved >= self.config.checkpoint_interval:
+            self._saved = self.control_steps
             save_checkpoint(self.folder / CHECKPOINT_FILE, self.model, self.history)
 
     def _on_step(self) -> bool:
@@ -107,11 +111,11 @@ class TrainingCallback(BaseCallback):
             if "episode" in info:
                 episode = info["episode"]
                 self._episodes.append({"return": float(episode["r"]), "success": float(episode["is_success"])})
-        self._progress.update(self._task, completed=min(self.num_timesteps, self.config.total_timesteps))
+        self._progress.update(self._task, completed=min(self.control_steps, self.config.total_timesteps))
         return not self._stop.made
 
     def _on_rollout_end(self) -> None:
-        row: dict[str, float] = {"timesteps": float(self.num_timesteps)}
+        row: dict[str, float] = {"timesteps": float(self.control_steps)}
         for name in ("success", "return"):
             if self._episodes:
                 row[name] = float(np.mean([episode[name] for episode in self._episodes]))
@@ -133,12 +137,12 @@ class TrainingCallback(BaseCallback):
     def _evaluate(self) -> None:
         summary = self._evaluate_now(self.model).summary
         measures = {name: summary[key] for name, key in CURVE_MEASURES.items() if key in summary}
-        row: dict[str, Any] = {"timesteps": float(self.num_timesteps)}
+        row: dict[str, Any] = {"timesteps": float(self.control_steps)}
         for name, interval in measures.items():
             row[name] = {"mean": interval.mean, "low": interval.low, "high": interval.high}
             self.logger.record(f"evaluation/{name}", interval.mean)
         self.history.evaluations.append(row)
         shown = ", ".join(f"{name} {interval.mean:.2f}" for name, interval in measures.items())
         self._console.print(
-            f"after {self.num_timesteps:,} steps, over {self.config.evaluation_episodes} episodes: {shown}"
+            f"after {self.control_steps:,} steps, over {self.config.evaluation_episodes} episodes: {shown}"
         )

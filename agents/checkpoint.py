@@ -34,7 +34,7 @@ def save_checkpoint(path: Path, model: PPO, history: History) -> None:
     """Write networks, optimizer, reward scale, timesteps and history of a run."""
     scale = _reward_scale(model).ret_rms
     progress = {
-        "timesteps": model.num_timesteps,
+        "actions": model.num_timesteps,
         "updates": model._n_updates,
         "reward_scale": {"mean": float(scale.mean), "var": float(scale.var), "count": float(scale.count)},
         "history": {"training": history.training, "evaluations": history.evaluations},
@@ -61,9 +61,9 @@ class Checkpoint:
     history: History
 
     @property
-    def timesteps(self) -> int:
-        """Timesteps trained so far."""
-        return int(self.progress["timesteps"])
+    def actions(self) -> int:
+        """Actions taken so far, all environments together; each lasts the run's `action_repeat` control steps."""
+        return int(self.progress["actions"])
 
     def restore(self, model: PPO) -> None:
         """Put networks, optimizer, reward scale and timesteps into `model`."""
@@ -76,7 +76,7 @@ class Checkpoint:
         scale, stored = _reward_scale(model).ret_rms, self.progress["reward_scale"]
         scale.mean, scale.var = np.asarray(stored["mean"]), np.asarray(stored["var"])
         scale.count = stored["count"]
-        model.num_timesteps = self.timesteps
+        model.num_timesteps = self.actions
         model._n_updates = int(self.progress["updates"])
 
     def _part(self, prefix: str) -> dict[str, Tensor]:

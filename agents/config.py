@@ -15,7 +15,7 @@ class PPOConfig:
     """Hyperparameters of PPO, under Stable-Baselines3's names."""
 
     n_steps: int = 256
-    """Steps each environment takes between two updates."""
+    """Actions each environment takes between two updates."""
     batch_size: int = 1024
     """Samples of one gradient step."""
     n_epochs: int = 6
@@ -23,7 +23,7 @@ class PPOConfig:
     learning_rate: float = 1e-3
     """Step size of Adam at the start; it falls linearly to a tenth at the end of training."""
     gamma: float = 0.99
-    """Discount per control step."""
+    """Discount per action."""
     gae_lambda: float = 0.95
     """Trade-off of bias and variance in the advantages (Schulman et al. 2016)."""
     clip_range: float = 0.2
@@ -54,6 +54,8 @@ class TrainingConfig:
     """Weights of the learned reward: default, published or a path."""
     num_envs: int = 16
     """Environments that run side by side."""
+    action_repeat: int = 4
+    """Control steps that an action lasts in training; trained agents act anew in each."""
     num_workers: int = 2
     """Processes the environments are spread over; 0 runs them all in this one."""
     seed: int = 0
@@ -75,6 +77,7 @@ class TrainingConfig:
         for name in (
             "total_timesteps",
             "num_envs",
+            "action_repeat",
             "eval_episodes",
             "evaluation_interval",
             "evaluation_episodes",

@@ -42,10 +42,11 @@ def train(config: TrainingConfig, make: EnvironmentMaker, folder: Path, console:
     path = folder / CHECKPOINT_FILE
     checkpoint = load_checkpoint(path) if path.is_file() else None
     history = checkpoint.history if checkpoint else History()
-    trained = checkpoint.timesteps if checkpoint else 0
-    if trained >= config.total_timesteps:
+    trained = checkpoint.actions if checkpoint else 0
+    wanted = -(-config.total_timesteps // config.action_repeat)  # actions, which is what SB3 counts
+    if trained >= wanted:
         return history
-    envs = make_training_envs(make, config.num_envs, config.num_workers)
+    envs = make_training_envs(make, config.num_envs, config.num_workers, config.action_repeat)
     try:
         model = build_model(config, envs, run_seed(config.seed, trained))
         if checkpoint:
@@ -54,7 +55,7 @@ def train(config: TrainingConfig, make: EnvironmentMaker, folder: Path, console:
         with StopRequest() as stop:
             callback = TrainingCallback(config, folder, history, _evaluator(config, make), stop, console)
             try:
-                model.learn(config.total_timesteps - trained, callback, reset_num_timesteps=False)
+                model.learn(wanted - trained, callback, reset_num_timesteps=False)
             finally:
                 callback.close()
             save_checkpoint(path, model, history)
@@ -95,9 +96,9 @@ def architecture(ppo: PPOConfig) -> dict[str, object]:
     }
 
 
-def run_seed(seed: int, timesteps: int) -> int:
-    """Return a seed for the part of a run that starts at `timesteps`, so that no part repeats another's episodes."""
-    return int(np.random.SeedSequence([seed, timesteps]).generate_state(1)[0] % 2**31)
+def run_seed(seed: int, trained: int) -> int:
+    """Return a seed for the part of a run that starts after `trained` actions; no part repeats another's episodes."""
+    return int(np.random.SeedSequence([seed, trained]).generate_state(1)[0] % 2**31)
 
 
 def _evaluator(config: TrainingConfig, make: EnvironmentMaker) -> Callable[[PPO], Evaluation]:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from rich.markup import escape
 from rich.table import Table
 
 from agents.checkpoint import History
@@ -17,16 +18,18 @@ from agents.policy import Policy
 from reward_model.files import replace_file
 
 TABLE_MEASURES = {
-    "success": "success",
-    "collision_person": "hit person",
-    "collision_object": "hit object",
-    "collision_wall": "hit wall",
-    "timeout": "timeout",
+    "success": "arrived",
+    "collision_person": "hit a person",
+    "collision_object": "hit an object",
+    "collision_wall": "hit a wall",
+    "timeout": "out of time",
     "return": "return",
-    "q2_mean": "Q2",
+    "q1_mean": "mean Q1",
+    "q2_mean": "mean Q2",
     "spl": "SPL",
     "time_to_goal": "time to goal [s]",
     "min_person_distance": "closest person [m]",
+    "personal_zone": "personal zone [%]",
 }
 CURVE_PANELS = {"success": "Success rate", "return": "Return", "q2": "Mean Q2"}
 CURVE_COLOUR, EVALUATION_COLOUR = "#7aa6c2", "#c44e52"
@@ -35,22 +38,23 @@ PLAYBACK = 4  # films run this many times faster than the episode
 
 
 def evaluation_table(evaluations: Mapping[str, Evaluation]) -> Table:
-    """Return a table with a row for each agent: means, and the 95 % interval below them."""
+    """Return a table with a column for each agent and a row for each measure: the mean and its 95 % interval."""
     episodes = max(len(evaluation.episodes) for evaluation in evaluations.values())
-    table = Table(title=f"{episodes} episodes; mean and 95 % bootstrap interval")
-    table.add_column("agent")
-    shown = [name for name in TABLE_MEASURES if any(name in item.summary for item in evaluations.values())]
-    for name in shown:
-        table.add_column(TABLE_MEASURES[name], justify="right")
-    for agent, evaluation in evaluations.items():
-        table.add_row(agent, *(_cell(evaluation.summary.get(name)) for name in shown), end_section=True)
+    table = Table(title=f"{episodes} episodes: mean, 95 % bootstrap interval")
+    table.add_column("")
+    for agent in evaluations:
+        table.add_column(agent, justify="right")
+    for name, title in TABLE_MEASURES.items():
+        intervals = [evaluation.summary.get(name) for evaluation in evaluations.values()]
+        if any(interval is not None for interval in intervals):
+            table.add_row(escape(title), *map(_cell, intervals))
     return table
 
 
 def _cell(interval: Interval | None) -> str:
     if interval is None or not interval.episodes:
         return "-"
-    return f"{interval.mean:.2f}\n{interval.low:.2f}..{interval.high:.2f}"
+    return f"{interval.mean:.3g}  {interval.low:.3g}..{interval.high:.3g}"
 
 
 def plot_learning_curve(history: History, title: str, path: Path) -> None:

@@ -16,7 +16,15 @@ from agents.files import read_object
 
 USER_ERROR = 2
 INTERRUPTED = 130
-FIXED = ("reward", "weights", "num_envs", "seed", "environment", "ppo")  # a resumed run cannot change these
+FIXED = (
+    "reward",
+    "weights",
+    "num_envs",
+    "action_repeat",
+    "seed",
+    "environment",
+    "ppo",
+)  # a resumed run cannot change these
 
 
 @dataclass(frozen=True)
@@ -41,6 +49,8 @@ class Options:
     """Folder of a run to continue from its last checkpoint."""
     eval_episodes: int = TrainingConfig.eval_episodes
     """Episodes of the evaluation at the end."""
+    action_repeat: int = TrainingConfig.action_repeat
+    """Control steps that an action lasts in training; trained agents act anew in each."""
     num_workers: int = TrainingConfig.num_workers
     """Processes that simulate; 0 simulates in this one."""
     weights: str = TrainingConfig.weights

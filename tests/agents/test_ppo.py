@@ -29,6 +29,7 @@ SMALL = TrainingConfig(
     total_timesteps=512,
     num_envs=4,
     num_workers=0,
+    action_repeat=1,
     evaluation_interval=10_000,
     checkpoint_interval=128,
     ppo=PPOConfig(n_steps=32, batch_size=64, n_epochs=2, entity_width=8, net_arch=(8,)),
@@ -64,7 +65,7 @@ def test_resuming_counts_on_and_restores_everything(tmp_path: Path) -> None:
     first = train(SMALL, DiscEnv, tmp_path, quiet())
     assert first is not None
     checkpoint = load_checkpoint(tmp_path / "checkpoint.safetensors")
-    assert checkpoint.timesteps == 512
+    assert checkpoint.actions == 512
     envs = make_training_envs(DiscEnv, SMALL.num_envs, 0)
     model = build_model(SMALL, envs, seed=99)
     checkpoint.restore(model)
@@ -104,7 +105,7 @@ def test_survives_a_kill_and_stops_on_ctrl_c(tmp_path: Path) -> None:
     wait_for(tmp_path / "checkpoint.safetensors", killed)
     os.killpg(killed.pid, signal.SIGKILL)
     killed.communicate()
-    reached = load_checkpoint(tmp_path / "checkpoint.safetensors").timesteps
+    reached = load_checkpoint(tmp_path / "checkpoint.safetensors").actions
     (tmp_path / "agent.safetensors").unlink(missing_ok=True)
 
     stopped = start(tmp_path)
@@ -118,7 +119,7 @@ def test_survives_a_kill_and_stops_on_ctrl_c(tmp_path: Path) -> None:
     assert stopped.returncode == 130
     assert "continue with: python train_agent.py --resume" in output
     assert errors == ""
-    assert load_checkpoint(tmp_path / "checkpoint.safetensors").timesteps > reached
+    assert load_checkpoint(tmp_path / "checkpoint.safetensors").actions > reached
     assert (tmp_path / "agent.safetensors").is_file()
 
 
