@@ -128,19 +128,20 @@ def _room_weights(batch: WindowBatch, tables: Tensor, steps: Tensor) -> Tensor:
 
 def _all_nodes(batch: WindowBatch, layer: LayerOperators, weights: _EdgeWeights, hidden: Tensor, frames: int) -> Tensor:
     """One layer in the newest frames: (num_frames, batch, num_slots, in) -> (frames, batch, num_slots, out)."""
-    seen = hidden[:frames]
-    heard = _to_room(layer, weights, seen)
+    moments = hidden.unbind(0)
+    matrices = layer.plain.unbind(0)
+    said = _from_room(layer, hidden[:frames])
     parts = []
     for time in range(frames):
-        out = hidden[time] @ layer.plain[_SELF] + _from_room(layer, weights, hidden, time)
+        out = torch.baddbmm(moments[time] @ matrices[_SELF], weights.out_of_room[time], said[time])
         if time > 0:
-            newer = hidden[time - 1] @ layer.plain[_TO_OLDER[time - 1]]
-            out = out + newer * batch.together[time - 1].unsqueeze(2)
-        if time + 1 < len(hidden):
-            older = hidden[time + 1] @ layer.plain[_TO_NEWER[time]]
-            out = out + older * batch.together[time].unsqueeze(2)
-        parts.append(torch.cat([out[:, :1] + heard[time].unsqueeze(1), out[:, 1:]], dim=1))
-    out = _add_links(batch, layer, weights, seen, torch.stack(parts))
+            newer = moments[time - 1] @ matrices[_TO_OLDER[time - 1]]
+            out = torch.addcmul(out, newer, batch.together[time - 1].unsqueeze(2))
+        if time + 1 < len(moments):
+            older = moments[time + 1] @ matrices[_TO_NEWER[time]]
+            out = torch.addcmul(out, older, batch.together[time].unsqueeze(2))
+        parts.append(out)
+    out = _add_lists(batch, layer, weights, hidden[:frames], torch.stack(parts))
     return out / batch.degrees[:frames].unsqueeze(3) + layer.bias
 
 
@@ -158,17 +159,18 @@ def _to_room(layer: LayerOperators, weights: _EdgeWeights, hidden: Tensor) -> Te
     return heard @ layer.basis[_INTO_ROOM].flatten(0, 2)
 
 
-def _from_room(layer: LayerOperators, weights: _EdgeWeights, hidden: Tensor, time: int) -> Tensor:
-    """What a frame's room says to every node: (batch, num_slots, out)."""
+def _from_room(layer: LayerOperators, hidden: Tensor) -> Tensor:
+    """What each frame's room says, before each node takes its share: (frames, batch, kinds * rank, out)."""
     basis = layer.basis[_OUT_OF_ROOM].flatten(0, 1)  # (kinds * rank, in, out)
-    said = torch.einsum("bi,kio->bko", hidden[time, :, 0], basis)
-    return weights.out_of_room[time] @ said
+    return torch.einsum("fbi,kio->fbko", hidden[:, :, 0], basis)
 
 
-def _add_links(batch: WindowBatch, layer: LayerOperators, weights: _EdgeWeights, hidden: Tensor, out: Tensor) -> Tensor:
-    """Add interactions and people near walls, edge by edge: they are few."""
+def _add_lists(batch: WindowBatch, layer: LayerOperators, weights: _EdgeWeights, hidden: Tensor, out: Tensor) -> Tensor:
+    """Add what only some nodes hear: the rooms, and edge by edge, for they are few, interactions and near walls."""
     flat_in, flat_out = hidden.flatten(0, 2), out.flatten(0, 2)
-    messages, targets = [], []
+    num_slots = hidden.shape[2]
+    messages = [_to_room(layer, weights, hidden).flatten(0, 1)]
+    targets = [torch.arange(0, len(flat_in), num_slots, device=out.device)]
     split = zip(
         _LINKS,
         weights.links,
