@@ -1,0 +1,189 @@
+"""Milliseconds to score one window, by network and by form: `python -m benchmarks.scoring`.
+
+One thread, windows of genuine recordings; the forms take turns, so that a machine that slows down slows all of them
+down. Figures are medians over the runs, with the fastest and the slowest. Making the graphs is timed on its own.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+import zipfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+from typing import NamedTuple
+
+import torch
+import tyro
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from reward_model.checkpoint import Checkpoint, CheckpointError, NetworkConfig
+from reward_model.files import replace_file
+from reward_model.graph import FrameGraph, frame_graph, sequence_frames, wall_segments
+from reward_model.published import SIZES, STATE_FILE
+from reward_model.scenario import Sequence
+from reward_model.scorer import SocialScorer, load_scorer
+from reward_model.socnav2_json import read_socnav2
+
+BATCH = 64
+DATA = Path(os.environ.get("SOCNAV_DATA") or Path(__file__).parents[2] / "shared" / "data")
+
+Windows = list[list[FrameGraph]]
+
+
+@dataclass(frozen=True)
+class Options:
+    """What to measure.
+
+    data: folder with `socnav2_samples`; SOCNAV_DATA names another default
+    wheel: of socnavgym 0.1.1, to measure its network with its denormal numbers as well (a second a window)
+    runs: of each form
+    quick: one run, to see that it works and not how fast it is
+    output: a JSON file for the figures
+    """
+
+    data: Path = DATA
+    wheel: Path | None = None
+    runs: int = 15
+    quick: bool = False
+    output: Path | None = None
+
+
+class Form(NamedTuple):
+    """One row: `score` is called with `num_windows` windows at a time as often as they fit into `num_timed`."""
+
+    network: str
+    name: str
+    score: Callable[[Windows], object]
+    num_windows: int
+    num_timed: int
+
+
+def main() -> None:
+    """Measure and print."""
+    options = tyro.cli(Options, description=__doc__)
+    torch.set_num_threads(1)
+    console = Console()
+    sequences = [read_socnav2(file) for file in sorted((options.data / "socnav2_samples").glob("S*.json"))]
+    if not sequences:
+        raise SystemExit(f"{options.data}: must hold recordings in socnav2_samples; --data names another folder")
+    windows = genuine_windows(sequences)
+    forms = [graph_making(sequences), *network_forms("default"), *published_forms(console, options.wheel)]
+    times: dict[tuple[str, str], list[float]] = {(form.network, form.name): [] for form in forms}
+    for form in forms:
+        milliseconds(form, windows[: form.num_windows])
+    runs = 1 if options.quick else options.runs
+    for _ in track(range(runs), "measuring", console=Console(stderr=True), transient=True):
+        for form in forms:
+            times[form.network, form.name].append(milliseconds(form, windows[: form.num_timed]))
+    console.print(_table(times, runs))
+    if options.output is not None:
+        rows = [{"network": network, "form": form, "ms": each} for (network, form), each in times.items()]
+        replace_file(options.output, (json.dumps(rows, indent=2) + "\n").encode())
+
+
+def genuine_windows(sequences: list[Sequence]) -> Windows:
+    """As many windows as a batch has: the last second of each recording, then of each without its newest snapshots."""
+    windows: Windows = []
+    left_out = 0
+    while len(windows) < BATCH:
+        for sequence in sequences:
+            windows.append(sequence_frames(Sequence(sequence.snapshots[: len(sequence) - left_out], sequence.name)))
+        left_out += 1
+    return windows[:BATCH]
+
+
+def graph_making(sequences: list[Sequence]) -> Form:
+    """A window's newest frame is made, its older ones are there already."""
+    newest = [sequence.last for sequence in sequences]
+    segments = [wall_segments(snapshot.walls) for snapshot in newest]
+
+    def make(windows: Windows) -> None:
+        for index in range(len(windows)):
+            frame_graph(newest[index % len(newest)], segments[index % len(newest)])
+
+    return Form("any", "one frame's graph", make, BATCH, BATCH)
+
+
+def network_forms(weights: str) -> list[Form]:
+    """The forms in which everyone can run a network; DGL's where it is installed."""
+    compiled = load_scorer(weights).score_windows
+    forms = [
+        Form(weights, "compiled, one by one", compiled, 1, BATCH),
+        Form(weights, f"compiled, {BATCH} at once", compiled, BATCH, BATCH),
+    ]
+    try:
+        on_dgl = load_scorer(weights, form="dgl").score_windows
+    except CheckpointError:
+        return forms
+    return [*forms, Form(weights, "DGL, denormals flushed", flushing_denormals(on_dgl), 1, 6)]
+
+
+def published_forms(console: Console, wheel: Path | None) -> list[Form]:
+    """The published network, where it was imported, and as it was published, where its wheel is given."""
+    try:
+        forms = network_forms("published")
+    except CheckpointError as error:
+        console.print(f"without the published network: {error}")
+        return []
+    if wheel is not None:
+        forms.append(Form("published", "DGL, as published", published_as_it_is(wheel).score_windows, 1, 2))
+    return forms
+
+
+def published_as_it_is(wheel: Path) -> SocialScorer:
+    """The published network on DGL with every number that its file holds, denormal ones too."""
+    with zipfile.ZipFile(wheel) as archive, archive.open(STATE_FILE) as file:
+        state = torch.load(file, map_location="cpu", weights_only=True)
+    last = len(SIZES) - 2
+    prefixes = {f"gnn_object.layers.{index}.": f"layers.{index + 1}." for index in range(last - 1)}
+    prefixes |= {"gnn_object.NNconv_input.": "layers.0.", "gnn_object.NNConv_output.": f"layers.{last}."}
+    tensors = {
+        ours + name.removeprefix(theirs): tensor
+        for theirs, ours in prefixes.items()
+        for name, tensor in state.items()
+        if name.startswith(theirs)
+    }
+    return SocialScorer(Checkpoint(NetworkConfig("mpnn", SIZES, "perceptron"), tensors), "as published", "dgl")
+
+
+def flushing_denormals(score: Callable[[Windows], object]) -> Callable[[Windows], object]:
+    """Score with denormal numbers taken for zero in this thread, as if they were not in the weights."""
+
+    def flushed(windows: Windows) -> object:
+        torch.set_flush_denormal(True)
+        try:
+            return score(windows)
+        finally:
+            torch.set_flush_denormal(False)
+
+    return flushed
+
+
+def milliseconds(form: Form, windows: Windows) -> float:
+    """A window's share of the time that all of them take."""
+    begin = time.perf_counter()
+    for start in range(0, len(windows), form.num_windows):
+        form.score(windows[start : start + form.num_windows])
+    return 1000 * (time.perf_counter() - begin) / len(windows)
+
+
+def _table(times: dict[tuple[str, str], list[float]], runs: int) -> Table:
+    table = Table(title=f"Milliseconds a window, one thread, {runs} runs")
+    for heading in ("network", "form", "median", "fastest", "slowest", "times the compiled"):
+        table.add_column(heading, justify="left" if heading in ("network", "form") else "right")
+    for (network, form), values in times.items():
+        figures = [f"{value:.3f}" for value in (median(values), min(values), max(values))]
+        single = times.get((network, "compiled, one by one"))
+        ratio = f"{median(values) / median(single):.2f} x" if single else ""
+        table.add_row(network, form, *figures, ratio)
+    return table
+
+
+if __name__ == "__main__":
+    main()
