@@ -41,7 +41,8 @@ class Options:
     """What to measure.
 
     data: folder with `socnav2_samples`; SOCNAV_DATA names another default
-    wheel: of socnavgym 0.1.1, to measure its network with its denormal numbers as well (a second a window)
+    wheel: of socnavgym 0.1.1, to measure its network with its denormal numbers as well (a second a window on
+        processors that are slow with those)
     runs: of each form
     quick: one run, to see that it works and not how fast it is
     output: a JSON file for the figures

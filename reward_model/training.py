@@ -56,7 +56,7 @@ class TrainingConfig:
 
 
 class Epoch(NamedTuple):
-    """Mean squared errors after one pass over the training windows, the mean of Q1's and Q2's."""
+    """Mean squared errors after one pass over the training windows, the mean of Q1's and Q2's where both were asked."""
 
     number: int
     train_error: float
@@ -73,7 +73,11 @@ def fit(
     """Train in place; the network ends with the weights of its best epoch on the development windows.
 
     The learning rate falls to a hundredth along a half cosine. Returns every epoch's errors.
+    Raises `ValueError` where one of the two holds no score at all.
     """
+    for name, data in (("train", train), ("development", development)):
+        if np.isnan(data.scores).all():
+            raise ValueError(f"the {name} windows must hold at least one score, got {len(data)} windows without any")
     generator = np.random.default_rng(config.seed)
     network.to(config.device).train()
     steps = config.max_epochs * -(-len(train) // config.batch_size)
@@ -83,7 +87,7 @@ def fit(
     best, best_state = float("inf"), copy.deepcopy(network.state_dict())
     for number in range(1, config.max_epochs + 1):
         train_error = _one_pass(network, train, generator.permutation(len(train)), config, optimizer, schedule)
-        history.append(Epoch(number, train_error, float(errors(network, development, config.device).mean())))
+        history.append(Epoch(number, train_error, float(np.nanmean(errors(network, development, config.device)))))
         after_epoch(history[-1])
         if history[-1].development_error < best:
             best, best_state = history[-1].development_error, copy.deepcopy(network.state_dict())
@@ -95,7 +99,7 @@ def fit(
 
 
 def errors(network: EdgelessMPNN, data: LabelledWindows, device: str = "cpu") -> Float32Array:
-    """(2,) the mean squared errors of Q1 and Q2."""
+    """(2,) the mean squared errors of Q1 and Q2, NaN for a question that was never asked."""
     squares, counts = torch.zeros(2), torch.zeros(2)
     with torch.no_grad():
         for start in range(0, len(data), 256):
@@ -120,7 +124,7 @@ def _one_pass(
     for start in range(0, len(order), config.batch_size):
         answers, scores = _answers(network, data, order[start : start + config.batch_size], config.device)
         difference, known = _differences(torch.nn.functional.leaky_relu(answers, _LEAK), scores)
-        loss = (difference**2).sum() / known.sum()
+        loss = (difference**2).sum() / known.sum().clamp(min=1)
         optimizer.zero_grad()
         loss.backward()  # type: ignore[no-untyped-call]
         torch.nn.utils.clip_grad_norm_(network.parameters(), 1.0)

@@ -103,6 +103,36 @@ def test_questions_that_were_not_asked_do_not_count():
     assert not torch.equal(after["layers.2.bias"][0], before["layers.2.bias"][0])
 
 
+def test_one_question_alone_can_be_trained_on():
+    """As with SocNav1, which never asks for Q2."""
+    data = labelled()
+    data.scores[:, 1] = np.nan
+    network = new_network()
+    before = errors(network, data)
+    history = fit(network, data, data, TrainingConfig(max_epochs=10))
+    after = errors(network, data)
+    assert np.isnan(before[1]) and np.isnan(after[1])
+    assert after[0] < 0.5 * before[0]
+    assert min(epoch.development_error for epoch in history) == after[0]
+
+
+def test_windows_without_any_score_count_nothing():
+    data = labelled()
+    data.scores[:6] = np.nan
+    network = new_network()
+    history = fit(network, data, data, TrainingConfig(max_epochs=2, batch_size=1))
+    assert all(np.isfinite(epoch.train_error) for epoch in history)
+    assert all(torch.isfinite(parameter).all() for parameter in network.parameters())
+
+
+@pytest.mark.parametrize("name", ["train", "development"])
+def test_data_without_any_score_is_refused(name):
+    data, nothing = labelled(), with_scores(labelled(), np.nan)
+    pair = (nothing, data) if name == "train" else (data, nothing)
+    with pytest.raises(ValueError, match=f"^the {name} windows must hold at least one score, got 8 windows without"):
+        fit(new_network(), *pair, TrainingConfig(max_epochs=1))
+
+
 @pytest.mark.parametrize(
     ("values", "message"),
     [
