@@ -35,7 +35,7 @@ class Episode:
         self._recorder = Recorder(world, config.control_period) if judged else None
         for _ in range(config.warm_up_steps):
             self._advance_world(STANDING)
-        self._trajectory = TrajectoryRecorder(world, config.control_period, config.max_steps)
+        self._trajectory = TrajectoryRecorder(world, config)
         self._goal_distance = world.distance_to_goal()
 
     @property

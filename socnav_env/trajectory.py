@@ -13,6 +13,7 @@ from socnav_env.outcomes import Outcome
 
 if TYPE_CHECKING:
     from reward_model.scenario import Scores
+    from socnav_env.config import EnvConfig
     from socnav_env.world import World
 
 
@@ -20,22 +21,31 @@ if TYPE_CHECKING:
 class Trajectory:
     """A recorded episode of n steps in the world frame. Row 0 is its start, row k the state after step k.
 
+    Whatever a recording does not know is NaN: a person who is out of sight, a score that nobody gave.
+
     layout: the room, the objects, the goal, and who interacts with whom
-    control_period: [s] of a step
-    robot_poses: (n + 1, 3); robot_velocities: (n + 1, 3) over ground
-    people_poses: (n + 1, num_people, 3); people_velocities: (n + 1, num_people, 3) over ground
-    scores: (n, 2) q1 and q2 after each step, NaN where nobody judged
-    outcome: how it ended; None for an episode that was broken off
+    times: (n + 1,) [s]
+    robot_radius, people_radius: [m]
+    top_speed: [m/s] of the robot
+    robot_poses: (n + 1, 3); robot_velocities: (n + 1, 3) over ground, means over the step that led to a row
+    people_poses: (n + 1, num_people, 3); people_velocities: (n + 1, num_people, 3) likewise
+    people_targets: (n + 1, num_people, 2) [m] where those who walk were on their way to in the step
+    commands: (n, 2) forward speed [m/s] and turn rate [rad/s] that the robot was given for each step
+    scores: (n, 2) q1 and q2 after each step
+    outcome: how it ended; None where that is not known, or the episode was broken off
     """
 
     layout: Layout
-    control_period: float
+    times: FloatArray
     robot_radius: float
     people_radius: float
+    top_speed: float
     robot_poses: FloatArray
     robot_velocities: FloatArray
     people_poses: FloatArray
     people_velocities: FloatArray
+    people_targets: FloatArray
+    commands: FloatArray
     scores: FloatArray
     outcome: Outcome | None
 
@@ -43,10 +53,20 @@ class Trajectory:
         return len(self.scores)
 
     @cached_property
+    def durations(self) -> FloatArray:
+        """(n,) [s] of each step."""
+        return np.diff(self.times)
+
+    @cached_property
+    def people_distances(self) -> FloatArray:
+        """(n, num_people) [m] to each person, centre."""
+        offsets = self.people_poses[1:, :, :2] - self.robot_poses[1:, None, :2]
+        return np.asarray(np.hypot(offsets[..., 0], offsets[..., 1]))
+
+    @cached_property
     def person_distances(self) -> FloatArray:
         """(n,) [m] to the closest person, centre; inf in a room without people."""
-        offsets = self.people_poses[1:, :, :2] - self.robot_poses[1:, None, :2]
-        return np.asarray(np.hypot(offsets[..., 0], offsets[..., 1]).min(axis=1, initial=np.inf))
+        return np.asarray(np.fmin.reduce(self.people_distances, axis=1, initial=np.inf))
 
     @cached_property
     def person_clearances(self) -> FloatArray:
@@ -66,19 +86,19 @@ class Trajectory:
 
 
 class TrajectoryRecorder:
-    """Writes down an episode while it happens: its start when made, then one row a step.
+    """Writes down an episode while it happens: its start when made, then one row a step."""
 
-    max_steps: the longest the episode can get
-    """
-
-    def __init__(self, world: World, control_period: float, max_steps: int) -> None:
-        num_people = world.layout.num_people
+    def __init__(self, world: World, config: EnvConfig) -> None:
+        num_people, max_steps = world.layout.num_people, config.max_steps
         self._world = world
-        self._control_period = control_period
+        self._times = np.asarray(np.arange(max_steps + 1) * config.control_period)
+        self._top_speed = max(config.robot.max_forward_speed, config.robot.max_backward_speed)
         self._robot_poses = np.empty((max_steps + 1, 3))
         self._robot_velocities = np.empty((max_steps + 1, 3))
         self._people_poses = np.empty((max_steps + 1, num_people, 3))
         self._people_velocities = np.empty((max_steps + 1, num_people, 3))
+        self._people_targets = np.empty((max_steps + 1, num_people, 2))
+        self._commands = np.empty((max_steps, 2))
         self._scores = np.full((max_steps, 2), np.nan)
         self._steps = 0
         self._write_state()
@@ -90,6 +110,7 @@ class TrajectoryRecorder:
         """Write down the state that a step has led to, and how it was judged."""
         if scores is not None:
             self._scores[self._steps] = scores
+        self._commands[self._steps] = self._world.command[[0, 2]]
         self._steps += 1
         self._write_state()
 
@@ -103,13 +124,16 @@ class TrajectoryRecorder:
         rows = self._steps + 1
         return Trajectory(
             layout=self._world.layout,
-            control_period=self._control_period,
+            times=self._times[:rows].copy(),
             robot_radius=self._world.robot_radius,
             people_radius=self._world.people_radius,
+            top_speed=self._top_speed,
             robot_poses=self._robot_poses[:rows].copy(),
             robot_velocities=self._robot_velocities[:rows].copy(),
             people_poses=self._people_poses[:rows].copy(),
             people_velocities=self._people_velocities[:rows].copy(),
+            people_targets=self._people_targets[:rows].copy(),
+            commands=self._commands[: self._steps].copy(),
             scores=self._scores[: self._steps].copy(),
             outcome=outcome,
         )
@@ -120,3 +144,4 @@ class TrajectoryRecorder:
         self._robot_velocities[row] = world.robot_velocity
         self._people_poses[row] = world.people_poses
         self._people_velocities[row] = world.people_velocities
+        self._people_targets[row] = world.people_targets

@@ -59,10 +59,14 @@ class World:
     says: nobody can walk into it before it may act.
 
     Arrays that a world returns are copies.
+
+    random_state: of the generator when the world was made; with the layout and the configuration it says
+        everything about the world to come
     """
 
     def __init__(self, layout: Layout, config: EnvConfig, rng: np.random.Generator):
         self.layout, self.config, self._rng = layout, config, rng
+        self.random_state = rng.bit_generator.state
         self._periods = -config.warm_up_steps
         self._walks = layout.people_walk
         self._walls = layout.room.walls

@@ -47,6 +47,7 @@ class PuppetWorld:
         self.command = np.zeros(3)
         self.people_poses = self.layout.people_poses.copy()
         self.people_velocities = np.zeros((self.layout.num_people, 3))
+        self.people_targets = self.layout.people_poses[:, :2].copy()
         self.contacts = SimpleNamespace(person=False, object=False, wall=False)
         self.at_goal = False
 

@@ -1,0 +1,87 @@
+"""How the robot treated people who are occupied with each other or with something."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from socnav_env.config import TALKING
+from socnav_env.layout import FloatArray, Layout
+from socnav_env.metrics.values import share_of_time
+from socnav_env.trajectory import Trajectory
+
+NEAR_INTERACTION = 0.4  # m, between the robot's surface and the line
+
+
+def interaction_crossings(trajectory: Trajectory) -> float:
+    """How many times the robot's centre crosses the line between two who interact (this project).
+
+    Every interaction counts: two who talk, two who walk together, a person and what they look at. Where a line
+    moves, it is the robot's path relative to it that crosses.
+    """
+    along, beside, lengths = _relative_to_lines(trajectory)
+    sides = np.sign(beside)
+    for row in range(1, len(sides)):  # a robot that stands on a line has not crossed it yet
+        sides[row] = np.where(sides[row] == 0, sides[row - 1], sides[row])
+    crossed = sides[:-1] * sides[1:] < 0
+    before, after = beside[:-1][crossed], beside[1:][crossed]
+    shares = before / (before - after)
+    places = along[:-1][crossed] * (1 - shares) + along[1:][crossed] * shares
+    ends = lengths[:-1][crossed] * (1 - shares) + lengths[1:][crossed] * shares
+    return float(np.count_nonzero((places >= 0) & (places <= ends)))
+
+
+def interaction_time(trajectory: Trajectory) -> float:
+    """[s] with the robot's surface within 0.4 m of the line between two who interact (this project)."""
+    along, beside, lengths = _relative_to_lines(trajectory)
+    beyond = np.maximum(np.maximum(-along, along - lengths), 0.0)
+    clearances = np.hypot(beyond, beside)[1:] - trajectory.robot_radius
+    return float(np.dot((clearances <= NEAR_INTERACTION).any(axis=1), trajectory.durations))
+
+
+def group_intrusion(trajectory: Trajectory) -> float:
+    """[% of time] with the robot's centre inside the circle through a standing group (HuNavSim).
+
+    The members of a group are linked by conversations of two, who stand. Its circle lies around their mean place and
+    its radius is their mean distance from there: two who talk stand at the ends of its diameter.
+    """
+    intruding = np.zeros(len(trajectory), dtype=np.bool_)
+    for members in standing_groups(trajectory.layout):
+        places = trajectory.people_poses[1:, members, :2]
+        center = places.mean(axis=1)
+        radius = _lengths(places - center[:, None]).mean(axis=1)
+        intruding |= _lengths(trajectory.robot_poses[1:, :2] - center) < radius
+    return share_of_time(intruding, trajectory.durations)
+
+
+def standing_groups(layout: Layout) -> list[list[int]]:
+    """Who stands together: the people that conversations link, directly or through others, in rising order."""
+    groups: list[set[int]] = []
+    for pair, relation in zip(layout.interaction_pairs.tolist(), layout.interaction_relations, strict=True):
+        if relation == TALKING:
+            linked = [group for group in groups if not group.isdisjoint(pair)]
+            groups = [group for group in groups if group.isdisjoint(pair)]
+            groups.append(set(pair).union(*linked))
+    return [sorted(group) for group in groups]
+
+
+def _relative_to_lines(trajectory: Trajectory) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Where the robot is relative to each interaction's line, in each row: (n + 1, num_interactions) three times.
+
+    Returns how far along the line from its first end, how far to its left, and the line's length [m].
+    """
+    rows = len(trajectory.people_poses)
+    objects = np.broadcast_to(trajectory.layout.object_poses[:, :2], (rows, trajectory.layout.num_objects, 2))
+    places = np.concatenate([trajectory.people_poses[:, :, :2], objects], axis=1)
+    ends = places[:, trajectory.layout.interaction_pairs]
+    lines = ends[:, :, 1] - ends[:, :, 0]
+    lengths = _lengths(lines)
+    directions = lines / np.where(lengths == 0, 1.0, lengths)[..., None]
+    offsets = trajectory.robot_poses[:, None, :2] - ends[:, :, 0]
+    along = (offsets * directions).sum(axis=2)
+    beside = directions[..., 0] * offsets[..., 1] - directions[..., 1] * offsets[..., 0]
+    # Two at one place have no line to cross, but a distance.
+    return along, np.where(lengths == 0, _lengths(offsets), beside), lengths
+
+
+def _lengths(vectors: FloatArray) -> FloatArray:
+    return np.hypot(vectors[..., 0], vectors[..., 1])
