@@ -26,4 +26,8 @@ __all__ = [
 ]
 
 # No max_episode_steps: the environment knows its own time limit.
-gym.register("SocNav2-v0", entry_point="socnav_env.env:SocNavEnv")
+gym.register(
+    "SocNav2-v0",
+    entry_point="socnav_env.env:SocNavEnv",
+    vector_entry_point="socnav_env.vector_env:SocNavVectorEnv",
+)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import gymnasium as gym
 import numpy as np
@@ -19,11 +20,22 @@ from socnav_env.outcomes import Outcome
 from socnav_env.rewards import Moment, Reward, make_reward, weighted_terms
 
 if TYPE_CHECKING:
+    from reward_model.graph import FrameGraph
     from socnav_env.rendering import Renderer
+    from socnav_env.trajectory import Trajectory
     from socnav_env.world import World
 
 RATED_SPEED = 3.5 / 9.4  # m/s, the fastest robot that the raters of SocNav2 saw
 RATED_TURN_RATE = 4.0 / 10.32  # rad/s, likewise
+
+
+class StepResult(NamedTuple):
+    """What a step returns besides the observation; see Gymnasium."""
+
+    reward: float
+    terminated: bool
+    truncated: bool
+    info: dict[str, Any]
 
 
 class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
@@ -83,31 +95,53 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Draw a new scene; see Gymnasium. There are no options."""
+        check_options(options)
+        info = self.begin(seed)
+        return self.observation.observe(self.world, self.time_left), info
+
+    def begin(self, seed: int | None = None) -> dict[str, Any]:
+        """Reset without looking: draw a new scene and return the info."""
         super().reset(seed=seed)
-        if options:
-            raise ValueError(f"reset has no options, got {', '.join(map(str, options))}; use config= of gym.make")
         self._episode = begin_episode(self.config, self.np_random, judged=self.reward.scorer is not None)
         if self.render_mode == "human":
             self.render()
-        return self._observe(self._episode), self._outcome_info(None)
+        return self._outcome_info(None)
 
     def step(self, action: ArrayLike) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Let one control period pass; see Gymnasium.
 
         Raises `ValueError` for an action that is not two finite numbers, `ResetNeeded` after the end.
         """
-        command = command_of(action, self.config.robot)
-        episode = self._running_episode()
-        episode.advance(command)
-        moment = episode.conclude(self._score(episode))
+        self.require_running()
+        self.advance(command_of(action, self.config.robot))
+        (scores,) = judge([self])
+        result = self.conclude(scores)
+        return self.observation.observe(self.world, self.time_left), *result
+
+    def require_running(self) -> None:
+        """Raise `ResetNeeded` where there is no episode that a step could go on with."""
+        outcome = self._scene().outcome
+        if outcome is not None:
+            raise gym.error.ResetNeeded(f"the episode has ended ({outcome}), call reset()")
+
+    def advance(self, command: FloatArray) -> None:
+        """Begin a step: let one control period pass under a command as `command_of` returns it."""
+        self._scene().advance(command)
+
+    def window(self) -> list[FrameGraph]:
+        """The frames that the last second is judged by, newest first."""
+        return self._scene().window()
+
+    def conclude(self, scores: Scores | None) -> StepResult:
+        """End a step, given how the last second was judged: what it was worth and whether it was the last one."""
+        episode = self._scene()
+        moment = episode.conclude(scores)
         terms = weighted_terms(self.reward, moment)
-        observation = self._observe(episode)
-        info = self._info(episode, moment, terms)
         truncated = moment.outcome is Outcome.TIMEOUT
         terminated = moment.outcome is not None and not truncated
         if self.render_mode == "human":
             self.render()
-        return observation, float(sum(terms.values())), terminated, truncated, info
+        return StepResult(float(sum(terms.values())), terminated, truncated, self._info(episode, moment, terms))
 
     def render(self) -> NDArray[np.uint8] | None:
         """Return a picture, uint8 (height, width, 3), or show it, as `render_mode` says."""
@@ -134,16 +168,25 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
         """The world of the episode, to be asked and not changed."""
         return self._scene().world
 
+    @property
+    def has_scene(self) -> bool:
+        """Whether there has been a reset."""
+        return self._episode is not None
+
+    @property
+    def time_left(self) -> float:
+        """Share of the episode's time that is left, 0..1."""
+        return self._scene().time_left
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """What has happened since the episode began."""
+        return self._scene().trajectory()
+
     def _scene(self) -> Episode:
         if self._episode is None:
             raise gym.error.ResetNeeded("there is no scene yet, call reset() first")
         return self._episode
-
-    def _running_episode(self) -> Episode:
-        episode = self._scene()
-        if episode.outcome is not None:
-            raise gym.error.ResetNeeded(f"the episode has ended ({episode.outcome}), call reset()")
-        return episode
 
     def _drawing(self) -> Renderer:
         if self._renderer is None:
@@ -151,15 +194,6 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
 
             self._renderer = Renderer()
         return self._renderer
-
-    def _observe(self, episode: Episode) -> Any:
-        return self.observation.observe(episode.world, episode.time_left)
-
-    def _score(self, episode: Episode) -> Scores | None:
-        if self.reward.scorer is None:
-            return None
-        q1, q2 = self.reward.scorer.score_windows([episode.window()])[0].tolist()
-        return Scores(q1, q2)
 
     def _outcome_info(self, outcome: Outcome | None) -> dict[str, Any]:
         return {
@@ -177,6 +211,28 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
         if moment.outcome is not None:
             info["episode_metrics"] = episode_metrics(episode.trajectory())
         return info
+
+
+def judge(envs: Sequence[SocNavEnv]) -> list[Scores | None]:
+    """Have the last second of each environment's episode scored; those that share a scorer, in one call.
+
+    Returns None for an environment whose reward has no scorer.
+    """
+    answers: list[Scores | None] = [None] * len(envs)
+    for scorer in {id(env.reward.scorer): env.reward.scorer for env in envs}.values():
+        if scorer is None:
+            continue
+        places = [place for place, env in enumerate(envs) if env.reward.scorer is scorer]
+        rows = scorer.score_windows([envs[place].window() for place in places]).tolist()
+        for place, (q1, q2) in zip(places, rows, strict=True):
+            answers[place] = Scores(q1, q2)
+    return answers
+
+
+def check_options(options: dict[str, Any] | None) -> None:
+    """Raise `ValueError` where `reset` was given an option: there are none."""
+    if options:
+        raise ValueError(f"reset has no options, got {', '.join(map(str, options))}; use config= of gym.make")
 
 
 def command_of(action: ArrayLike, robot: RobotConfig) -> FloatArray:

@@ -45,6 +45,21 @@ class Observation(Protocol):
         """Return what the robot sees now, in memory of its own. time_left: share of the episode's time, 0..1."""
 
 
+@runtime_checkable
+class RowObservation(Observation, Protocol):
+    """An observation that is a fixed number of numbers, which vector environments have written in place."""
+
+    @property
+    def size(self) -> int:
+        """How many numbers."""
+
+    def write(self, world: World, time_left: float, row: Float32Array) -> None:
+        """Write what the robot sees now into `row`, (size,), all of it."""
+
+    def unpack(self, rows: Float32Array) -> Any:
+        """Return, in memory of its own, what was written to one row (size,) or to many, (n, size)."""
+
+
 class EntitiesObservation:
     """The robot, its goal and everything in the room, as a flat `Dict` of float32 boxes with presence masks.
 
@@ -75,6 +90,7 @@ class EntitiesObservation:
         for name, (capacity, row) in entities.items():
             bounds[name], bounds[f"{name}_mask"] = row * capacity, share * capacity
         self.capacities = {name: capacity for name, (capacity, _) in entities.items()}
+        self.size = sum(len(part) for part in bounds.values())
         self._low, self._high = np.array([pair for part in bounds.values() for pair in part], dtype=np.float32).T
         ends = np.cumsum([0, *(len(part) for part in bounds.values())]).tolist()
         self._in_order = np.arange(max(self.capacities.values()))
@@ -92,22 +108,34 @@ class EntitiesObservation:
 
     def observe(self, world: World, time_left: float) -> dict[str, Float32Array]:
         """Return the boxes' values, in memory of their own."""
-        values = np.zeros(len(self._high), dtype=np.float32)
+        row = np.empty(self.size, dtype=np.float32)
+        self.write(world, time_left, row)
+        return self._parts(row)
+
+    def write(self, world: World, time_left: float, row: Float32Array) -> None:
+        """Write the boxes' values one after the other."""
+        row[:] = 0.0
         layout, frame, people = world.layout, world.robot_pose, world.people_poses
-        _write_robot(values[self._slices["robot"]], frame, world.robot_velocity, time_left)
-        _write_points(values[self._slices["goal"]], frame, layout.goal)
+        _write_robot(row[self._slices["robot"]], frame, world.robot_velocity, time_left)
+        _write_points(row[self._slices["goal"]], frame, layout.goal)
         chosen = self._chosen("people", people, frame)
-        rows = self._rows(values, "people", len(chosen))
+        rows = self._rows(row, "people", len(chosen))
         _write_people(rows, frame, people, world.people_velocities, layout.interaction_pairs, chosen)
         chosen = self._chosen("objects", layout.object_poses, frame)
-        rows = self._rows(values, "objects", len(chosen))
+        rows = self._rows(row, "objects", len(chosen))
         _write_objects(rows, frame, layout.object_poses, layout.object_sizes, chosen)
         walls, links = closed_lines(layout.room.corners), interaction_lines(layout, people)
         for name, lines in (("walls", walls), ("interactions", links)):
             chosen = self._chosen(name, lines, frame)
-            _write_points(self._rows(values, name, len(chosen)), frame, lines[chosen])
-        np.clip(values, self._low, self._high, out=values)
-        return {name: values[part] for name, part in self._slices.items() if part.stop > part.start}
+            _write_points(self._rows(row, name, len(chosen)), frame, lines[chosen])
+        np.clip(row, self._low, self._high, out=row)
+
+    def unpack(self, rows: Float32Array) -> dict[str, Float32Array]:
+        """Return the boxes' values, of one row or of many, in memory of their own."""
+        return {name: values.copy() for name, values in self._parts(rows).items()}
+
+    def _parts(self, rows: Float32Array) -> dict[str, Float32Array]:
+        return {name: rows[..., part] for name, part in self._slices.items() if part.stop > part.start}
 
     def _chosen(self, name: str, places: FloatArray, frame: FloatArray) -> IntArray:
         """Which of the entities get rows: all, or the nearest where there are too many, in their order."""

@@ -1,0 +1,47 @@
+"""Infos of many worlds in the one dict that Gymnasium's vector environments return."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def batch_infos(infos: Mapping[int, dict[str, Any]], num_envs: int) -> dict[str, Any]:
+    """Gather the infos of single environments key by key, as `VectorEnv._add_info` does one after the other.
+
+    infos: by the environment's index. Each key's values become an array with a row for every environment, of zeros
+    or None where an environment has no such key; beside it `_key`, (num_envs,), says which ones have it. Dicts are
+    gathered likewise, only `final_obs` are left as they are.
+    """
+    columns: dict[str, dict[int, Any]] = {}
+    for index in sorted(infos):
+        for key, value in infos[index].items():
+            columns.setdefault(key, {})[index] = value
+    batch: dict[str, Any] = {}
+    for key, column in columns.items():
+        present = np.zeros(num_envs, dtype=np.bool_)
+        present[list(column)] = True
+        batch[key], batch[f"_{key}"] = _batch_column(key, column, num_envs), present
+    return batch
+
+
+def _batch_column(key: str, column: dict[int, Any], num_envs: int) -> dict[str, Any] | NDArray[Any]:
+    first = next(iter(column.values()))
+    if isinstance(first, dict) and key != "final_obs":
+        return batch_infos(column, num_envs)
+    values = _empty(key, first, num_envs)
+    for index, value in column.items():
+        values[index] = value
+    return values
+
+
+def _empty(key: str, first: Any, num_envs: int) -> NDArray[Any]:
+    """Rows for values like the first one."""
+    if key != "final_obs" and (type(first) in (int, float, bool) or isinstance(first, np.number)):
+        return np.zeros(num_envs, dtype=type(first))
+    if key != "final_obs" and isinstance(first, np.ndarray):
+        return np.zeros((num_envs, *first.shape), dtype=first.dtype)
+    return np.full(num_envs, None, dtype=object)
