@@ -20,7 +20,7 @@ def interaction_crossings(trajectory: Trajectory) -> float:
     """
     along, beside, lengths = _relative_to_lines(trajectory)
     sides = np.sign(beside)
-    for row in range(1, len(sides)):  # a robot that stands on a line has not crossed it yet
+    for row in np.flatnonzero((sides[1:] == 0).any(axis=1)) + 1:  # who stands on a line has not crossed it yet
         sides[row] = np.where(sides[row] == 0, sides[row - 1], sides[row])
     crossed = sides[:-1] * sides[1:] < 0
     before, after = beside[:-1][crossed], beside[1:][crossed]
