@@ -42,8 +42,8 @@ class Score:
     """SocNav2 JSON files."""
     weights: str = "default"
     """default (what ships), published (after import-published) or a checkpoint folder."""
-    form: Literal["compiled", "dgl"] = "compiled"
-    """compiled is fast; dgl runs the network as it is defined."""
+    form: Literal["auto", "compiled", "dgl"] = "auto"
+    """compiled is fast and exists for an mpnn; dgl runs the network as it is defined; auto takes what there is."""
 
     def run(self) -> None:
         """Read every file, then score them together; see the class."""

@@ -20,7 +20,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from reward_model.graph import FROM_ROOM, NUM_FRAMES, TO_ROOM, NodeKind, Relation
+from reward_model.graph import FROM_ROOM, NUM_FRAMES, TO_ROOM, FrameGraph, NodeKind, Relation
 from reward_model.models.edge_networks import (
     EDGE_NETWORKS,
     MEASURED,
@@ -29,7 +29,7 @@ from reward_model.models.edge_networks import (
     LayerOperators,
     interpolate,
 )
-from reward_model.windows import LINK_RELATIONS, WindowBatch
+from reward_model.windows import LINK_RELATIONS, WindowBatch, pack_windows
 
 _ROOM_KINDS: Final = (NodeKind.PERSON, NodeKind.OBJECT, NodeKind.WALL, NodeKind.GOAL)
 _INTO_ROOM: Final = [MEASURED.index(Relation(TO_ROOM[kind])) for kind in _ROOM_KINDS]
@@ -59,6 +59,10 @@ class EdgelessMPNN(nn.Module):
     def forward(self, batch: WindowBatch) -> Tensor:
         """(batch, 2) scores before the final ReLU; gradients reach the parameters of tabulated edge networks."""
         return propagate(batch, self.operators())
+
+    def answers(self, windows: Items[Items[FrameGraph]], device: torch.device | str = "cpu") -> Tensor:
+        """(num_windows, 2) scores before the final ReLU, what training works on."""
+        return self(pack_windows(windows).to(device))  # type: ignore[no-any-return]
 
 
 class _Layer(nn.Module):

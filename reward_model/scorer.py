@@ -14,12 +14,14 @@ import torch
 from reward_model.checkpoint import Checkpoint, CheckpointError, NetworkConfig, load_checkpoint
 from reward_model.compiled import EdgelessMPNN, propagate
 from reward_model.fused import FusedMPNN
-from reward_model.graph import NUM_FRAMES, Float32Array, FrameGraph, scene_graph, sequence_frames
+from reward_model.graph import NUM_FRAMES, Float32Array, FrameGraph, sequence_frames
+from reward_model.networks import network_on_dgl
 from reward_model.scenario import Scores, Sequence
 from reward_model.windows import pack_windows
 
-Form = Literal["compiled", "dgl"]
-FORMS: Final[tuple[Form, ...]] = ("compiled", "dgl")
+Form = Literal["auto", "compiled", "dgl"]
+FORMS: Final[tuple[Form, ...]] = ("auto", "compiled", "dgl")
+COMPILED_KIND: Final = "mpnn"  # the kind of network that can do without its edges
 _LARGEST_BATCH: Final = 256  # windows at once, so that memory stays small for any number of sequences
 
 
@@ -33,17 +35,20 @@ class SocialScorer:
     """How acceptable people find a robot's last second, as a trained network answers.
 
     name: names the weights, for whoever reports the scores
-    form: `compiled` (fast, needs no DGL) or `dgl` (the network as it is defined)
+    form: `compiled` (fast, needs no DGL, of an MPNN only), `dgl` (the network as it is defined), or `auto`, the
+        compiled form where the network has one and else DGL's
     device: where the network runs, as PyTorch names it; compiled networks are fastest for single windows on `cpu`
-    Raises `CheckpointError` where the weights do not fit the network they claim to be or DGL is not there, and
-    `ValueError` for another form or a device that is not there.
+    Raises `CheckpointError` where the weights do not fit the network they claim to be, it has no compiled form or
+    DGL is not there, and `ValueError` for another form or a device that is not there.
     """
 
-    def __init__(self, checkpoint: Checkpoint, name: str, form: Form = "compiled", device: str = "cpu") -> None:
+    def __init__(self, checkpoint: Checkpoint, name: str, form: Form = "auto", device: str = "cpu") -> None:
         if form not in FORMS:
             raise ValueError(f"form must be one of {list(FORMS)}, got {form!r}")
         self.name = name
         place = _usable_device(device)
+        if form == "auto":
+            form = "compiled" if checkpoint.config.kind == COMPILED_KIND else "dgl"
         self._network: _Network = _Compiled(checkpoint, place) if form == "compiled" else _OnDGL(checkpoint, place)
 
     def score(self, sequence: Sequence) -> Scores:
@@ -72,6 +77,11 @@ class _Compiled:
     """Windows one by one through compiled code on the CPU, or padded together wherever else."""
 
     def __init__(self, checkpoint: Checkpoint, device: torch.device) -> None:
+        if checkpoint.config.kind != COMPILED_KIND:
+            raise CheckpointError(
+                f"the compiled form exists for {COMPILED_KIND} only, got {checkpoint.config.kind}; "
+                "form 'auto' or 'dgl' runs it"
+            )
         network = EdgelessMPNN(checkpoint.config.sizes, checkpoint.config.edge_network)
         _load_state(network, checkpoint)
         with torch.no_grad():
@@ -96,25 +106,19 @@ class _Compiled:
 
 class _OnDGL:
     def __init__(self, checkpoint: Checkpoint, device: torch.device) -> None:
-        try:
-            from reward_model.models.batching import dgl_graph
-            from reward_model.models.mpnn import MPNN
-        except ImportError as error:
-            raise CheckpointError(f"the dgl form needs DGL, which cannot be imported here ({error})") from None
-        self._batch = dgl_graph
-        self._network = MPNN(checkpoint.config.sizes, checkpoint.config.edge_network)
+        self._network = network_on_dgl(checkpoint.config)
         _load_state(self._network, checkpoint)
         self._network.eval().to(device)
         self._device = device
 
     def __call__(self, windows: Items[Items[FrameGraph]]) -> Float32Array:
         with torch.inference_mode():
-            answers = [self._network(self._batch([scene_graph(window)]).to(self._device)) for window in windows]
+            answers = [torch.relu(self._network.answers([window], self._device)) for window in windows]
         scores: Float32Array = torch.cat(answers).cpu().numpy()
         return scores
 
 
-def load_scorer(weights: str | Path = "default", form: Form = "compiled", device: str = "cpu") -> SocialScorer:
+def load_scorer(weights: str | Path = "default", form: Form = "auto", device: str = "cpu") -> SocialScorer:
     """Load a scorer.
 
     weights: `default` (what ships), `published` (Bachiller et al.'s network, once imported) or a checkpoint folder
@@ -173,4 +177,5 @@ def _load_state(network: torch.nn.Module, checkpoint: Checkpoint) -> None:
 
 
 def _describe(config: NetworkConfig) -> str:
-    return f"{config.kind} {'-'.join(map(str, config.sizes))} ({config.edge_network})"
+    options = {key: value for key, value in config.document().items() if key not in ("kind", "sizes")}
+    return f"{config.kind} {'-'.join(map(str, config.sizes))} ({', '.join(map(str, options.values()))})"

@@ -6,15 +6,15 @@ from collections.abc import Sequence as Items
 from itertools import pairwise
 
 import dgl
-import torch
 from dgl.nn.pytorch import NNConv
 from torch import Tensor, nn
 from torch.nn import functional
 
 from reward_model.models.edge_networks import EDGE_NETWORKS
+from reward_model.models.graph_network import GraphNetwork
 
 
-class MPNN(nn.Module):
+class MPNN(GraphNetwork):
     """NNConv layers with mean aggregation, ELU between them, ReLU at the end.
 
     sizes: features of the nodes, of each hidden layer, and the two scores, e.g. (42, 40, 30, 21, 12, 3, 2)
@@ -29,10 +29,10 @@ class MPNN(nn.Module):
             for inputs, outputs in pairwise(sizes)
         )
 
-    def forward(self, graph: dgl.DGLGraph) -> Tensor:
-        """A batch from `reward_model.models.batching.dgl_graph` -> (batch_size, 2) scores."""
+    def node_answers(self, graph: dgl.DGLGraph) -> Tensor:
+        """(num_nodes, 2), see `GraphNetwork`."""
         hidden = graph.ndata["features"]
         for layer in self.layers[:-1]:
             hidden = functional.elu(layer(graph, hidden, graph.edata["features"]))
-        hidden = torch.relu(self.layers[-1](graph, hidden, graph.edata["features"]))
-        return hidden[graph.ndata["is_output"]]
+        answers: Tensor = self.layers[-1](graph, hidden, graph.edata["features"])
+        return answers

@@ -110,6 +110,10 @@ def with_network(**values):
     return changed(network=DOCUMENT["network"] | values)
 
 
+def rgcn(**values):
+    return changed(network={"kind": "rgcn", "sizes": [42, 4, 2], "num_bases": 4, "dropout": 0.0} | values)
+
+
 @pytest.mark.parametrize(
     ("document", "reason"),
     [
@@ -118,11 +122,15 @@ def with_network(**values):
         (changed(more=1), "must be an object with the keys ['about', 'graph_layout', 'network']"),
         (changed(graph_layout="socnav2-graph-0"), "graph_layout must be 'socnav2-graph-1', got 'socnav2-graph-0'; "),
         (changed(graph_layout=None), "graph_layout must be 'socnav2-graph-1', got None; "),
-        (changed(network=3), "network must be an object with the keys ['edge_network', 'kind', 'sizes']"),
+        (changed(network=3), "network must be an object whose kind is one of ['gat', 'mpnn', 'rgcn']"),
         (with_network(heads=3), "network must be an object with the keys ['edge_network', 'kind', 'sizes']"),
-        (with_network(kind=3), "network.kind must be a str, got 3"),
-        (with_network(kind="gan"), "network kind must be one of ['mpnn'], got 'gan'"),
+        (with_network(kind=3), "network must be an object whose kind is one of ['gat', 'mpnn', 'rgcn']"),
+        (with_network(kind="gan"), "network kind must be one of ['gat', 'mpnn', 'rgcn'], got 'gan'"),
         (with_network(edge_network="deep"), "edge_network must be one of ['perceptron', 'tabulated'], got 'deep'"),
+        (with_network(kind="gat"), "network must be an object with the keys ['dropout', 'kind', 'negative_slope', "),
+        (rgcn(num_bases=0), "num_bases must be at least 1, got 0"),
+        (rgcn(num_bases=2.5), "network.num_bases must be a int, got 2.5"),
+        (rgcn(dropout=1.0), "dropout must lie in 0..1, 1 excluded, got 1.0"),
         (with_network(sizes="42"), "network.sizes must be a list, got '42'"),
         (with_network(sizes=[42, 0, 2]), "network.sizes must be positive whole numbers, got [42, 0, 2]"),
         (with_network(sizes=[42, True, 2]), "network.sizes must be positive whole numbers, got [42, True, 2]"),

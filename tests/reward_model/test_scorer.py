@@ -144,7 +144,7 @@ def test_published_weights_that_were_not_imported(tmp_path, monkeypatch):
 
 
 def test_unknown_forms_and_devices():
-    with pytest.raises(ValueError, match=r"^form must be one of \['compiled', 'dgl'\], got 'fast'$"):
+    with pytest.raises(ValueError, match=r"^form must be one of \['auto', 'compiled', 'dgl'\], got 'fast'$"):
         SocialScorer(some_checkpoint(), "random", "fast")
     with pytest.raises(ValueError, match=r"^device must be one that PyTorch can use here, got 'quantum' \("):
         SocialScorer(some_checkpoint(), "random", device="quantum")
