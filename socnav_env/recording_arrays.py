@@ -1,0 +1,149 @@
+"""The arrays of a recording: which there are, and what is checked when they are read."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+import zlib
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from socnav_env.config import EnvConfig
+from socnav_env.layout import Layout, ObjectKind, Room
+from socnav_env.outcomes import Outcome
+from socnav_env.trajectory import Trajectory
+
+FORMAT: Final = "socnav2-trajectory"
+Arrays = dict[str, NDArray[Any]]
+Shape = tuple[int | str, ...]
+
+# Dtype and shape; a letter stands for the same size wherever it appears, "rows" for one more than "steps".
+LAYOUT_ARRAYS: Final[dict[str, tuple[str, Shape]]] = {
+    "corners": ("float64", ("corners", 2)),
+    "start": ("float64", (3,)),
+    "goal": ("float64", (2,)),
+    "people_start": ("float64", ("people", 3)),
+    "people_walk": ("bool", ("people",)),
+    "people_group": ("int64", ("people",)),
+    "object_poses": ("float64", ("objects", 3)),
+    "object_sizes": ("float64", ("objects", 2)),
+    "object_kinds": ("int64", ("objects",)),
+    "interaction_pairs": ("int64", ("interactions", 2)),
+}
+STATE_ARRAYS: Final[dict[str, tuple[str, Shape]]] = {
+    "times": ("float64", ("rows",)),
+    "robot_poses": ("float64", ("rows", 3)),
+    "robot_velocities": ("float64", ("rows", 3)),
+    "people_poses": ("float64", ("rows", "people", 3)),
+    "people_velocities": ("float64", ("rows", "people", 3)),
+    "people_targets": ("float64", ("rows", "people", 2)),
+    "commands": ("float64", ("steps", 2)),
+    "scores": ("float64", ("steps", 2)),
+}
+MAY_BE_NAN: Final = ("scores",)
+
+
+class RecordingError(ValueError):
+    """A recording breaks a rule. The message names the file, the place, the value and the rule."""
+
+
+def arrays_of(trajectory: Trajectory) -> Arrays:
+    """What is written of an episode, besides its header."""
+    layout = trajectory.layout
+    arrays: Arrays = {
+        "corners": layout.room.corners,
+        "start": layout.robot_pose,
+        "people_start": layout.people_poses,
+    }
+    arrays |= {name: getattr(layout, name) for name in LAYOUT_ARRAYS if name not in arrays}
+    return arrays | {name: getattr(trajectory, name) for name in STATE_ARRAYS}
+
+
+def read_arrays(content: bytes, place: str) -> Arrays:
+    """Read all arrays of a file.
+
+    Raises `RecordingError` where it is no .npz file, is damaged, or an array could only be had by unpickling.
+    """
+    if not zipfile.is_zipfile(io.BytesIO(content)):
+        raise RecordingError(f"{place}: must be a whole .npz file, it is none or its end is missing")
+    try:
+        with np.load(io.BytesIO(content), allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in archive.files}
+    except (ValueError, OSError, EOFError, KeyError, MemoryError, zipfile.BadZipFile, zlib.error) as error:
+        raise RecordingError(f"{place}: the file is damaged: {error}".splitlines()[0]) from error
+    strange = [name for name, array in arrays.items() if not isinstance(array, np.ndarray)]
+    if strange:
+        raise RecordingError(f"{place}: {strange[0]} must be an array as NumPy saves it")
+    return arrays
+
+
+def layout_of(arrays: Arrays, relations: object, place: str) -> Layout:
+    """The layout in a recording's arrays; `RecordingError` where they break a rule."""
+    _check(arrays, place)
+    pairs, most = arrays["interaction_pairs"], len(arrays["people_start"]) + len(arrays["object_poses"]) - 1
+    if not (isinstance(relations, list) and all(isinstance(each, str) for each in relations)):
+        raise RecordingError(f"{place}: relations must be a list of texts, got {relations!r}")
+    if len(relations) != len(pairs):
+        raise RecordingError(f"{place}: relations must name each of {len(pairs)} pairs, got {len(relations)}")
+    for entity in pairs[(pairs < 0) | (pairs > most)][:1].tolist():
+        raise RecordingError(f"{place}: interaction_pairs must be of entities 0 to {most}, got {entity}")
+    for kind in arrays["object_kinds"].tolist():
+        if kind not in list(ObjectKind):
+            raise RecordingError(f"{place}: object_kinds must be 0 to {max(ObjectKind)}, got {kind}")
+    named = {name: arrays[name] for name in LAYOUT_ARRAYS if name not in ("corners", "start", "people_start")}
+    return Layout(
+        room=Room(arrays["corners"]),
+        robot_pose=arrays["start"],
+        people_poses=arrays["people_start"],
+        interaction_relations=tuple(relations),
+        **named,
+    )
+
+
+def trajectory_of(arrays: Arrays, layout: Layout, config: EnvConfig, outcome: object, place: str) -> Trajectory:
+    """The episode in a recording's arrays, which `layout_of` has checked."""
+    if not (outcome is None or outcome in list(Outcome)):
+        raise RecordingError(f"{place}: outcome must be null or one of {', '.join(Outcome)}, got {outcome!r}")
+    steps = len(arrays["commands"])
+    if steps > config.max_steps:
+        raise RecordingError(f"{place}: must have at most {config.max_steps} steps as config says, got {steps}")
+    if not (np.diff(arrays["times"]) > 0).all():
+        raise RecordingError(f"{place}: times must rise")
+    return Trajectory(
+        layout=layout,
+        robot_radius=config.robot.radius,
+        people_radius=config.people.radius,
+        top_speed=max(config.robot.max_forward_speed, config.robot.max_backward_speed),
+        outcome=None if outcome is None else Outcome(str(outcome)),
+        **{name: arrays[name] for name in STATE_ARRAYS},
+    )
+
+
+def _check(arrays: Arrays, place: str) -> None:
+    """Refuse arrays that are missing, of another type or shape, or not finite."""
+    sizes: dict[str, int] = {}
+    for name, (dtype, shape) in (LAYOUT_ARRAYS | STATE_ARRAYS).items():
+        if name not in arrays:
+            raise RecordingError(f"{place}: {name} is missing")
+        array = arrays[name]
+        if array.dtype != np.dtype(dtype):
+            raise RecordingError(f"{place}: {name} must be of type {dtype}, got {array.dtype}")
+        _check_shape(array, shape, sizes, f"{place}: {name}")
+        if name not in MAY_BE_NAN and not np.isfinite(array).all():
+            raise RecordingError(f"{place}: {name} must be finite numbers")
+    if sizes["corners"] < 3:
+        raise RecordingError(f"{place}: corners must be at least three, got {sizes['corners']}")
+
+
+def _check_shape(array: NDArray[Any], shape: Shape, sizes: dict[str, int], where: str) -> None:
+    """Refuse an array of another shape; sizes: what is known of the letters so far, which this may add to."""
+    for size, symbol in zip(array.shape, shape, strict=False):
+        if isinstance(symbol, str):
+            sizes.setdefault(symbol, size)
+    if "rows" in sizes:
+        sizes.setdefault("steps", sizes["rows"] - 1)
+    expected = tuple(sizes.get(each, each) if isinstance(each, str) else each for each in shape)
+    if array.shape != expected:
+        raise RecordingError(f"{where} must have shape ({', '.join(map(str, expected))}), got {array.shape}")
