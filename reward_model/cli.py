@@ -8,12 +8,13 @@ import os
 import sys
 from collections.abc import Sequence as Items
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final, Literal, Protocol
 
 import tyro
 from rich.console import Console
-from rich.progress import track
+from rich.progress import Progress, track
 
 if TYPE_CHECKING:
     from reward_model.graph import FrameGraph
@@ -76,8 +77,60 @@ class ImportPublished:
         print(folder)
 
 
+@dataclass(frozen=True)
+class Heatmaps:
+    """Draw what a scene's scores would be at every position of the robot, as a PNG.
+
+    The robot keeps its heading; in all frames everything is seen from its recorded path, shifted. With --actions there
+    is also a map for each of six things the robot could be doing instead: turn left, stop, turn right, forward-left,
+    forward, forward-right.
+    """
+
+    file: tyro.conf.Positional[Path]
+    """SocNav2 JSON file."""
+    output: Annotated[Path, tyro.conf.arg(aliases=("-o",))]
+    """PNG file to write."""
+    weights: str = "default"
+    """default (what ships), published (after import-published) or a checkpoint folder."""
+    question: Literal["q1", "q2", "both"] = "both"
+    """Which of the two scores to draw."""
+    resolution: int = 81
+    """Positions along each side of the room."""
+    actions: bool = False
+    """Draw the six actions as well."""
+
+    def run(self) -> None:
+        """Read, score and draw, and print where the picture is."""
+        if self.output.suffix.lower() != ".png":
+            raise ValueError(f"output must end in .png, got {str(self.output)!r}")
+        from reward_model.drawing import RECORDED, draw_heatmaps
+        from reward_model.files import replace_file
+        from reward_model.heatmap import ACTIONS, heatmap
+        from reward_model.scenario import ScenarioError
+        from reward_model.scorer import load_scorer
+        from reward_model.socnav2_json import read_socnav2
+
+        sequence = read_socnav2(self.file)
+        scorer = load_scorer(self.weights)
+        actions = {RECORDED: None, **(ACTIONS if self.actions else {})}
+        console = Console(stderr=True)
+        try:
+            with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+                task = progress.add_task("scoring", total=len(actions) * self.resolution**2)
+                advance = partial(progress.advance, task)
+                maps = {
+                    name: heatmap(scorer, sequence, doing, self.resolution, advance) for name, doing in actions.items()
+                }
+        except ScenarioError as error:
+            raise ScenarioError(f"{self.file}: {error}") from error
+        questions: Items[Literal["q1", "q2"]] = ("q1", "q2") if self.question == "both" else (self.question,)
+        replace_file(self.output, draw_heatmaps(sequence.last, maps, questions, f"{sequence.name}, {scorer.name}"))
+        print(self.output)
+
+
 AnyCommand = (
     Annotated[Score, tyro.conf.subcommand("score")]
+    | Annotated[Heatmaps, tyro.conf.subcommand("heatmap")]
     | Annotated[ImportPublished, tyro.conf.subcommand("import-published")]
 )
 
