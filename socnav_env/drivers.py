@@ -74,6 +74,18 @@ class Fugitive(GoalSeeker):
         return _towards(world, away, self._speed, rng.normal(0.0, self._sloppiness))
 
 
+class Cruiser:
+    """Drives straight on or along a wide arc, wherever that leads: past the goal, up to a wall."""
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self._command = np.array([rng.uniform(0.3, 1.0), rng.normal(0.0, 0.1)])
+
+    def command(self, world: World, rng: np.random.Generator) -> FloatArray:
+        """Drive on."""
+        robot = world.config.robot
+        return self._command * (robot.max_forward_speed, robot.max_turn_rate)
+
+
 class Reverser:
     """Backs up, steering now and then; by joystick this is how a robot leaves a dead end."""
 
@@ -125,6 +137,7 @@ DRIVERS: Final[dict[str, type[Driver]]] = {
     "polite": PoliteSeeker,
     "chaser": Chaser,
     "fugitive": Fugitive,
+    "cruiser": Cruiser,
     "reverser": Reverser,
     "joystick": Joystick,
     "stander": Stander,
