@@ -14,15 +14,15 @@ Config = TypeVar("Config", bound="PPOConfig | TrainingConfig")
 class PPOConfig:
     """Hyperparameters of PPO, under Stable-Baselines3's names."""
 
-    n_steps: int = 256
+    n_steps: int = 32
     """Actions each environment takes between two updates."""
-    batch_size: int = 1024
+    batch_size: int = 256
     """Samples of one gradient step."""
-    n_epochs: int = 6
+    n_epochs: int = 10
     """Passes over the samples of one update."""
     learning_rate: float = 1e-3
     """Step size of Adam at the start; it falls linearly to a tenth at the end of training."""
-    gamma: float = 0.99
+    gamma: float = 0.97
     """Discount per action."""
     gae_lambda: float = 0.95
     """Trade-off of bias and variance in the advantages (Schulman et al. 2016)."""
@@ -52,7 +52,7 @@ class TrainingConfig:
     """Reward to train with, by name."""
     weights: str = "default"
     """Weights of the learned reward: default, published or a path."""
-    num_envs: int = 16
+    num_envs: int = 32
     """Environments that run side by side."""
     action_repeat: int = 4
     """Control steps that an action lasts in training; trained agents act anew in each."""

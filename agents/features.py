@@ -13,6 +13,8 @@ from torch import Tensor, nn
 POSITION_SCALE = 0.2  # 1/m, so that a room's positions lie within about -2..2
 NEARNESS_SOFTENING = 0.3  # m, nearness is 1 / (distance + this)
 POLAR_WIDTH = 6  # what `polar` makes of a point
+CORRIDOR_WIDTH = 3  # and `corridor`
+ASIDE = 1.5  # m, further aside than this is out of the way
 TINY = 1e-6  # m, keeps directions finite at the origin
 
 
@@ -36,7 +38,9 @@ class EntityFeatures(BaseFeaturesExtractor):
         kinds = [kind for kind in ATTRIBUTES if kind in observation_space.spaces]
         super().__init__(observation_space, features_dim=(len(kinds) + 1) * hidden)
         self.capacities = {kind: _length(observation_space, f"{kind}_mask") for kind in kinds}
-        self.encoders = nn.ModuleDict({kind: nn.Linear(POLAR_WIDTH + ATTRIBUTES[kind].width, hidden) for kind in kinds})
+        self.encoders = nn.ModuleDict(
+            {kind: nn.Linear(POLAR_WIDTH + CORRIDOR_WIDTH + ATTRIBUTES[kind].width, hidden) for kind in kinds}
+        )
         own_width = _length(observation_space, "robot") + POLAR_WIDTH
         self.context = nn.Linear(own_width, hidden)
         self.own = nn.Linear(own_width, hidden)
@@ -60,20 +64,23 @@ def describe(observations: dict[str, Tensor], capacities: dict[str, int]) -> tup
 
     Returns:
         own: (batch, robot + 6) the robot's state and the goal as `polar` gives it
-        described: per type (batch, capacity, width) the closest point as `polar` gives it, then the attributes
+        described: per type (batch, capacity, width) the closest point as `polar` and `corridor` give it, then the
+            attributes
         mask: (batch, entities) 1 where there is an entity
 
     """
     rows = {kind: torch.unflatten(observations[kind], 1, (capacity, -1)) for kind, capacity in capacities.items()}
     points = [observations["goal"][:, None], *(ATTRIBUTES[kind].closest(rows[kind]) for kind in rows)]
-    goal, *polars = torch.split(polar(torch.cat(points, dim=1)), [1, *capacities.values()], dim=1)
+    places = torch.cat(points, dim=1)
+    described_places = torch.cat([polar(places), corridor(places, observations["goal"])], dim=-1)
+    goal, *others = torch.split(described_places, [1, *capacities.values()], dim=1)
     described = {
         kind: torch.cat([closest, ATTRIBUTES[kind].of(rows[kind], closest)], dim=-1)
-        for kind, closest in zip(rows, polars, strict=True)
+        for kind, closest in zip(rows, others, strict=True)
     }
     masks = [observations[f"{kind}_mask"] for kind in rows]
     mask = torch.cat(masks, dim=1) if masks else torch.empty(len(goal), 0)
-    return torch.cat([observations["robot"], goal[:, 0]], dim=1), described, mask
+    return torch.cat([observations["robot"], goal[:, 0, :POLAR_WIDTH]], dim=1), described, mask
 
 
 def polar(points: Tensor) -> Tensor:
@@ -92,6 +99,18 @@ def polar(points: Tensor) -> Tensor:
         ],
         dim=-1,
     )
+
+
+def corridor(points: Tensor, goal: Tensor) -> Tensor:
+    """Describe points (batch, n, 2) [m] by three numbers that say whether they are in the way.
+
+    They are how far they lie to the left of the robot's nose and to the left of its way to the goal (batch, 2),
+    both [m] and cut off at 1.5 m, and their scaled distance along that way.
+    """
+    way = (goal / (torch.linalg.vector_norm(goal, dim=-1, keepdim=True) + TINY))[:, None]
+    along = (points * way).sum(dim=-1)
+    left = points[..., 1] * way[..., 0] - points[..., 0] * way[..., 1]
+    return torch.stack([points[..., 1].clamp(-ASIDE, ASIDE), left.clamp(-ASIDE, ASIDE), along * POSITION_SCALE], dim=-1)
 
 
 def closest_on_segments(segments: Tensor) -> Tensor:

@@ -94,6 +94,7 @@ def policy_arguments(architecture: dict[str, Any]) -> dict[str, Any]:
     return {
         "features_extractor_class": EntityFeatures,
         "features_extractor_kwargs": {"hidden": architecture["entity_width"]},
+        "share_features_extractor": False,  # the value's gradients are far larger and would drown the policy's
         "net_arch": {"pi": layers, "vf": layers},
         "activation_fn": nn.ReLU,
         "log_std_init": architecture["log_std_init"],

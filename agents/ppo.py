@@ -21,6 +21,7 @@ from agents.policy import AGENT_FILE, policy_arguments, save_policy
 
 FINAL_LEARNING_RATE = 0.1  # share of the learning rate that is left at the end
 TENSORBOARD_FOLDER = "tensorboard"
+THREADS = 1  # these networks are small: a second thread mostly waits, and starves the workers where cores are shared
 
 
 def train(config: TrainingConfig, make: EnvironmentMaker, folder: Path, console: Console) -> History | None:
@@ -39,6 +40,7 @@ def train(config: TrainingConfig, make: EnvironmentMaker, folder: Path, console:
 
     """
     torch.set_flush_denormal(True)
+    torch.set_num_threads(THREADS)
     path = folder / CHECKPOINT_FILE
     checkpoint = load_checkpoint(path) if path.is_file() else None
     history = checkpoint.history if checkpoint else History()

@@ -7,7 +7,7 @@ import pytest
 import torch
 from gymnasium import spaces
 
-from agents.features import EntityFeatures, closest_on_boxes, closest_on_segments, polar
+from agents.features import EntityFeatures, closest_on_boxes, closest_on_segments, corridor, polar
 from tests.agents.disc import CAPACITIES, WIDTHS, entities_space
 
 
@@ -69,6 +69,13 @@ def test_kinds_that_a_configuration_rules_out_are_left_away() -> None:
 def test_polar_of_a_point_to_the_left() -> None:
     described = polar(torch.tensor([0.0, 0.7]))
     np.testing.assert_allclose(described, [0.0, 0.14, 0.0, 1.0, 0.14, 1.0], atol=1e-5)
+
+
+def test_what_is_in_the_way_to_a_goal_on_the_left() -> None:
+    goal = torch.tensor([[0.0, 4.0]])
+    points = torch.tensor([[[0.0, 2.0], [1.0, 2.0], [-3.0, 1.0]]])
+    expected = [[[1.5, 0.0, 0.4], [1.5, -1.0, 0.4], [1.0, 1.5, 0.2]]]
+    np.testing.assert_allclose(corridor(points, goal), expected, atol=1e-5)
 
 
 @pytest.mark.parametrize(
