@@ -65,11 +65,18 @@ class Links(NamedTuple):
     starts: IntArray
 
 
+Frames = tuple[_Frame, ...]
+
+
 def flat_window(window: Items[FrameGraph]) -> tuple[Nodes, Links]:
     """Join up to three frames, newest first."""
+    return join_frames(padded_frames(window), len(window))
+
+
+def padded_frames(window: Items[FrameGraph]) -> Frames:
+    """The arrays of three frames, the newest one again for those that are missing: one compiled form serves all."""
     frames = [_frame(graph) for graph in window]
-    padded = (*frames, *[frames[0]] * (NUM_FRAMES - len(frames)))  # so that one compiled form serves all
-    return _join(padded, len(frames))
+    return (*frames, *[frames[0]] * (NUM_FRAMES - len(frames)))
 
 
 def _frame(graph: FrameGraph) -> _Frame:
@@ -86,7 +93,8 @@ def _frame(graph: FrameGraph) -> _Frame:
 
 
 @njit
-def _join(frames: tuple[_Frame, ...], num_frames: int) -> tuple[Nodes, Links]:
+def join_frames(frames: Frames, num_frames: int) -> tuple[Nodes, Links]:
+    """Join the first frames of a padded window."""
     starts = np.zeros(num_frames + 1, dtype=np.int64)
     for time in range(num_frames):
         starts[time + 1] = starts[time] + len(frames[time].kinds)
@@ -95,7 +103,7 @@ def _join(frames: tuple[_Frame, ...], num_frames: int) -> tuple[Nodes, Links]:
 
 
 @njit
-def _join_nodes(frames: tuple[_Frame, ...], starts: IntArray, link_targets: IntArray) -> Nodes:
+def _join_nodes(frames: Frames, starts: IntArray, link_targets: IntArray) -> Nodes:
     num_frames, count = len(starts) - 1, starts[-1]
     features = np.empty((count, frames[0].features.shape[1]), dtype=np.float32)
     kinds, lengths = np.empty(count, dtype=np.int32), np.empty(count, dtype=np.float32)
@@ -124,7 +132,7 @@ def _match(newer: IntArray, older: IntArray, start: int, nodes: IntArray) -> Non
 
 
 @njit
-def _join_links(frames: tuple[_Frame, ...], node_starts: IntArray) -> Links:
+def _join_links(frames: Frames, node_starts: IntArray) -> Links:
     count = 0
     for time in range(len(node_starts) - 1):
         count += len(frames[time].link_relations)

@@ -74,7 +74,7 @@ class SocialScorer:
 
 
 class _Compiled:
-    """Windows one by one through compiled code on the CPU, or padded together wherever else."""
+    """Windows through compiled code of our own on the CPU, or padded together through PyTorch wherever else."""
 
     def __init__(self, checkpoint: Checkpoint, device: torch.device) -> None:
         if checkpoint.config.kind != COMPILED_KIND:
@@ -92,7 +92,7 @@ class _Compiled:
 
     def __call__(self, windows: Items[Items[FrameGraph]]) -> Float32Array:
         if self._fused is not None:
-            return np.stack([self._fused(window) for window in windows])
+            return self._fused(windows)
         with torch.inference_mode():
             answers = [
                 torch.relu(

@@ -4,7 +4,7 @@ import torch
 
 from reward_model.compiled import propagate
 from reward_model.flat_window import flat_window
-from reward_model.fused import FusedMPNN
+from reward_model.fused import FusedMPNN, _apply_elu
 from reward_model.graph import Relation, frame_graph, scene_graph, wall_segments
 from reward_model.models.edge_networks import EDGE_NETWORKS
 from reward_model.windows import pack_windows
@@ -21,7 +21,7 @@ def test_answers_are_those_of_the_padded_network(sizes, edge_network):
     fused = FusedMPNN(operators)
     with torch.no_grad():
         expected = torch.relu(propagate(pack_windows(windows), operators)).numpy()
-    answers = np.stack([fused(window) for window in windows])
+    answers = fused(windows)
     assert answers.dtype == np.float32
     np.testing.assert_allclose(answers, expected, atol=1e-5, rtol=1e-5)
 
@@ -29,26 +29,44 @@ def test_answers_are_those_of_the_padded_network(sizes, edge_network):
 def test_the_same_window_gives_the_same_bits_whatever_came_before():
     windows = random_windows(31, count=6)
     fused = FusedMPNN(random_network((42, 8, 6, 2), "tabulated").operators())
-    first = [fused(window).tobytes() for window in windows]
-    second = [fused(window).tobytes() for window in windows[::-1]]
+    first = [fused([window]).tobytes() for window in windows]
+    second = [row.tobytes() for row in fused(windows[::-1])]
     assert first == second[::-1]
+
+
+@pytest.mark.parametrize("num_threads", [2, 3])
+def test_threads_change_nothing(monkeypatch, num_threads):
+    windows = random_windows(35, count=13)
+    fused = FusedMPNN(random_network((42, 8, 6, 2), "tabulated").operators())
+    alone = fused(windows)
+    monkeypatch.setattr(torch, "get_num_threads", lambda: num_threads)
+    np.testing.assert_array_equal(fused(windows), alone)
+    assert len({row.tobytes() for row in alone}) == 13
+
+
+def test_elu_is_that_of_pytorch():
+    values = np.array([[-100, -16.1, -15.9, -3, -1], [-0.5, -1e-3, -1e-7, -0.0, np.nan], [0, 1e-7, 1, 300, np.inf]])
+    values = np.concatenate([values.astype(np.float32), np.linspace(-20, 2, 5000, dtype=np.float32).reshape(-1, 5)])
+    expected = torch.nn.functional.elu(torch.from_numpy(values.copy())).numpy()
+    _apply_elu(values)
+    np.testing.assert_allclose(values, expected, rtol=1e-6, atol=2e-7)
 
 
 def test_training_on_changes_nothing():
     network = random_network((42, 8, 2), "tabulated")
     window = random_windows(33, count=1)[0]
     fused = FusedMPNN(network.operators())
-    before = fused(window)
+    before = fused([window])
     with torch.no_grad():
         for parameter in network.parameters():
             parameter.fill_(0.5)
-    np.testing.assert_array_equal(fused(window), before)
+    np.testing.assert_array_equal(fused([window]), before)
 
 
 def test_frames_are_left_as_they_were():
     window = random_windows(32, count=3)[2]
     before = [frame.features.copy() for frame in window]
-    FusedMPNN(random_network((42, 8, 2), "tabulated").operators())(window)
+    FusedMPNN(random_network((42, 8, 2), "tabulated").operators())([window])
     for frame, features in zip(window, before, strict=True):
         np.testing.assert_array_equal(frame.features, features)
 
