@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal, Protocol
 import tyro
 from rich.console import Console
 from rich.progress import Progress, track
+from rich.table import Table
 
 if TYPE_CHECKING:
     from reward_model.graph import FrameGraph
@@ -128,10 +129,48 @@ class Heatmaps:
         print(self.output)
 
 
+@dataclass(frozen=True)
+class Behaviours:
+    """Check on synthetic scenes whether a network behaves as Bachiller et al. report of a good one.
+
+    One row a statement: what was measured, what is claimed of the values, the values, and whether the claim holds.
+    A statement that fails is reported in its row and changes nothing about the exit status.
+    """
+
+    weights: str = "default"
+    """default (what ships), published (after import-published) or a checkpoint folder."""
+    output_format: Literal["table", "markdown", "json"] = "table"
+    """markdown is a table too; json is one list with the values in full."""
+
+    def run(self) -> None:
+        """Ask the network and print what was found."""
+        from reward_model.behaviours import BEHAVIOURS, HEADER
+        from reward_model.scorer import load_scorer
+
+        scorer = load_scorer(self.weights)
+        console = Console(stderr=True)
+        behaviours = track(BEHAVIOURS, "asking", console=console, transient=True, disable=not console.is_terminal)
+        findings = [finding for behaviour in behaviours for finding in behaviour(scorer)]
+        if self.output_format == "json":
+            print(json.dumps([finding.document() for finding in findings], indent=1, allow_nan=False))
+        elif self.output_format == "markdown":
+            rows = [HEADER, ("---",) * len(HEADER), *(finding.cells() for finding in findings)]
+            print("\n".join(f"| {' | '.join(row)} |" for row in rows))
+        else:
+            table = Table(*HEADER, title=f"weights: {scorer.name}", show_lines=True)
+            for finding in findings:
+                table.add_row(*finding.cells())
+            Console().print(table)
+
+
 AnyCommand = (
     Annotated[Score, tyro.conf.subcommand("score")]
     | Annotated[Heatmaps, tyro.conf.subcommand("heatmap")]
+    | Annotated[Behaviours, tyro.conf.subcommand("behaviours")]
     | Annotated[ImportPublished, tyro.conf.subcommand("import-published")]
+    | Annotated[Train, tyro.conf.subcommand("train")]
+    | Annotated[Evaluate, tyro.conf.subcommand("evaluate")]
+    | Annotated[Agreement, tyro.conf.subcommand("agreement")]
 )
 
 
