@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from reward_model.jit import njit
-from socnav_env.layout import FloatArray, Layout
+from socnav_env.layout import FloatArray, IntArray, Layout
 
 
 @njit
@@ -77,5 +77,16 @@ def closed_lines(corners: FloatArray) -> FloatArray:
 
 def interaction_lines(layout: Layout, people_poses: FloatArray) -> FloatArray:
     """(num_interactions, 4) x1, y1, x2, y2 [m] between those who interact, where people are now (num_people, 3)."""
-    places = np.concatenate([people_poses[:, :2], layout.object_poses[:, :2]])
-    return places[layout.interaction_pairs].reshape(-1, 4)
+    return lines_between(layout.interaction_pairs, people_poses, layout.object_poses)
+
+
+@njit
+def lines_between(pairs: IntArray, people: FloatArray, objects: FloatArray) -> FloatArray:
+    """(num_pairs, 4) x1, y1, x2, y2 [m] between the two of each pair; indices count people, then objects (n, 3)."""
+    lines = np.empty((len(pairs), 4))
+    for index in range(len(pairs)):
+        for end in range(2):
+            place = pairs[index, end]
+            pose = people[place] if place < len(people) else objects[place - len(people)]
+            lines[index, 2 * end], lines[index, 2 * end + 1] = pose[0], pose[1]
+    return lines

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,9 +35,9 @@ class Room:
 
     corners: FloatArray
 
-    @property
+    @cached_property
     def walls(self) -> FloatArray:
-        """(num_walls, 4) x1, y1, x2, y2 [m]."""
+        """(num_walls, 4) x1, y1, x2, y2 [m], not to be written to."""
         return np.hstack([self.corners, np.roll(self.corners, -1, axis=0)])
 
 

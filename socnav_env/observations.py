@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -15,12 +16,7 @@ from numpy.typing import NDArray
 
 from reward_model.jit import njit
 from socnav_env.config import MAX_WALLS
-from socnav_env.frames import (
-    closed_lines,
-    interaction_lines,
-    poses_in_frame,
-    turned_velocities,
-)
+from socnav_env.frames import closed_lines, lines_between, poses_in_frame, turned_velocities
 from socnav_env.layout import FloatArray, IntArray
 
 if TYPE_CHECKING:
@@ -91,10 +87,11 @@ class EntitiesObservation:
             bounds[name], bounds[f"{name}_mask"] = row * capacity, share * capacity
         self.capacities = {name: capacity for name, (capacity, _) in entities.items()}
         self.size = sum(len(part) for part in bounds.values())
-        self._low, self._high = np.array([pair for part in bounds.values() for pair in part], dtype=np.float32).T
-        ends = np.cumsum([0, *(len(part) for part in bounds.values())]).tolist()
-        self._in_order = np.arange(max(self.capacities.values()))
-        self._slices = {name: slice(*ends[index : index + 2]) for index, name in enumerate(bounds)}
+        pairs = [pair for part in bounds.values() for pair in part]
+        self._low, self._high = np.array(list(zip(*pairs, strict=True)), dtype=np.float32)
+        ends = np.cumsum([0, *(len(part) for part in bounds.values())])
+        self._slices = {name: slice(*pair) for name, pair in zip(bounds, pairwise(ends.tolist()), strict=True)}
+        self._starts, self._limits = ends[:-1], np.array(list(self.capacities.values()))
 
     def space(self) -> spaces.Dict:
         """Return the boxes; a kind of entity that the config rules out has none."""
@@ -114,21 +111,23 @@ class EntitiesObservation:
 
     def write(self, world: World, time_left: float, row: Float32Array) -> None:
         """Write the boxes' values one after the other."""
-        row[:] = 0.0
-        layout, frame, people = world.layout, world.robot_pose, world.people_poses
-        _write_robot(row[self._slices["robot"]], frame, world.robot_velocity, time_left)
-        _write_points(row[self._slices["goal"]], frame, layout.goal)
-        chosen = self._chosen("people", people, frame)
-        rows = self._rows(row, "people", len(chosen))
-        _write_people(rows, frame, people, world.people_velocities, layout.interaction_pairs, chosen)
-        chosen = self._chosen("objects", layout.object_poses, frame)
-        rows = self._rows(row, "objects", len(chosen))
-        _write_objects(rows, frame, layout.object_poses, layout.object_sizes, chosen)
-        walls, links = closed_lines(layout.room.corners), interaction_lines(layout, people)
-        for name, lines in (("walls", walls), ("interactions", links)):
-            chosen = self._chosen(name, lines, frame)
-            _write_points(self._rows(row, name, len(chosen)), frame, lines[chosen])
-        np.clip(row, self._low, self._high, out=row)
+        layout = world.layout
+        _write_entities(
+            row,
+            self._starts,
+            self._limits,
+            world.robot_pose,
+            world.robot_velocity,
+            time_left,
+            layout.goal,
+            world.people_poses,
+            world.people_velocities,
+            layout.object_poses,
+            layout.object_sizes,
+            layout.room.corners,
+            layout.interaction_pairs,
+        )
+        _clip(row, self._low, self._high)
 
     def unpack(self, rows: Float32Array) -> dict[str, Float32Array]:
         """Return the boxes' values, of one row or of many, in memory of their own."""
@@ -136,20 +135,6 @@ class EntitiesObservation:
 
     def _parts(self, rows: Float32Array) -> dict[str, Float32Array]:
         return {name: rows[..., part] for name, part in self._slices.items() if part.stop > part.start}
-
-    def _chosen(self, name: str, places: FloatArray, frame: FloatArray) -> IntArray:
-        """Which of the entities get rows: all, or the nearest where there are too many, in their order."""
-        capacity = self.capacities[name]
-        if len(places) <= capacity:
-            return self._in_order[: len(places)]
-        distances = np.hypot(places[:, 0] - frame[0], places[:, 1] - frame[1])
-        return np.sort(np.argsort(distances, kind="stable")[:capacity])
-
-    def _rows(self, values: Float32Array, name: str, count: int) -> Float32Array:
-        """Mark rows as present and return them to be written, (count, width)."""
-        first, mask, width = self._slices[name].start, self._slices[f"{name}_mask"].start, ENTITY_WIDTHS[name]
-        values[mask : mask + count] = 1.0
-        return values[first : first + count * width].reshape(count, width)
 
 
 OBSERVATIONS: dict[str, Callable[[EnvConfig], Observation]] = {"entities": EntitiesObservation}
@@ -177,6 +162,64 @@ def longest_sight(room: RoomConfig) -> float:
     """[m] no two points of a room that the config allows are further apart."""
     side = max(room.square_side[1], room.rectangle_side[1], 3 * room.l_unit[1])
     return math.sqrt(2) * side
+
+
+@njit
+def _write_entities(
+    row: Float32Array,
+    starts: IntArray,
+    capacities: IntArray,
+    frame: FloatArray,
+    velocity: FloatArray,
+    time_left: float,
+    goal: FloatArray,
+    people: FloatArray,
+    people_velocities: FloatArray,
+    objects: FloatArray,
+    sizes: FloatArray,
+    corners: FloatArray,
+    pairs: IntArray,
+) -> None:
+    """Write everything, in the order and from the places on that `EntitiesObservation` has set, in `starts`."""
+    row[:] = 0.0
+    _write_robot(row[starts[0] :], frame, velocity, time_left)
+    _write_points(row[starts[1] : starts[1] + 2], frame, goal)
+    chosen = _nearest(people, frame, capacities[0])
+    _write_people(_rows(row, starts, 2, len(chosen), 8), frame, people, people_velocities, pairs, chosen)
+    chosen = _nearest(objects, frame, capacities[1])
+    _write_objects(_rows(row, starts, 4, len(chosen), 6), frame, objects, sizes, chosen)
+    walls = closed_lines(corners)
+    chosen = _nearest(walls, frame, capacities[2])
+    _write_points(_rows(row, starts, 6, len(chosen), 4), frame, walls[chosen])
+    links = lines_between(pairs, people, objects)
+    chosen = _nearest(links, frame, capacities[3])
+    _write_points(_rows(row, starts, 8, len(chosen), 4), frame, links[chosen])
+
+
+@njit
+def _nearest(places: FloatArray, frame: FloatArray, capacity: int) -> IntArray:
+    """Which of the entities get rows: all, or the nearest where there are too many, in their order."""
+    if len(places) <= capacity:
+        return np.arange(len(places))
+    distances = np.hypot(places[:, 0] - frame[0], places[:, 1] - frame[1])
+    nearest: IntArray = np.sort(np.argsort(distances, kind="mergesort")[:capacity])  # a stable sort
+    return nearest
+
+
+@njit
+def _rows(row: Float32Array, starts: IntArray, part: int, count: int, width: int) -> Float32Array:
+    """Mark rows as present, in the part after theirs, and return them to be written, (count, width)."""
+    row[starts[part + 1] : starts[part + 1] + count] = 1.0
+    return row[starts[part] : starts[part] + count * width].reshape(count, width)
+
+
+@njit
+def _clip(values: Float32Array, low: Float32Array, high: Float32Array) -> None:
+    for index in range(len(values)):
+        if values[index] < low[index]:
+            values[index] = low[index]
+        elif values[index] > high[index]:
+            values[index] = high[index]
 
 
 @njit

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from reward_model.graph import FRAME_SPACING, NUM_FRAMES, FrameGraph, frame_graph, select_window, wall_segments
+from reward_model.jit import njit
 from reward_model.scenario import DEFAULT_INTERVAL, Interactions, Objects, People, Snapshot
 from socnav_env.frames import closed_lines, points_in_frame, pose_rates, poses_in_frame
 from socnav_env.layout import FloatArray
@@ -35,10 +36,9 @@ class Recorder:
         self._interactions = Interactions(layout.interaction_pairs + 1, layout.interaction_relations)
         self._object_sizes = layout.object_sizes
         # SocNav2's recordings list walls clockwise, and the published network's answers depend on it.
-        corners = layout.room.corners[::-1]
-        self._segments = wall_segments(closed_lines(corners))
+        self._corners = np.ascontiguousarray(layout.room.corners[::-1])
+        self._segments = wall_segments(closed_lines(self._corners))
         self._fixed_poses = layout.object_poses
-        self._fixed_points = np.vstack([layout.goal, corners])
         self._poses: FloatArray | None = None  # of people, then objects, in the last snapshot
         capacity = frames_per_window(control_period)
         self._snapshots: deque[Snapshot] = deque(maxlen=capacity)
@@ -62,22 +62,33 @@ class Recorder:
 
     def _snapshot(self) -> Snapshot:
         robot_pose, num_people = self._world.robot_pose, len(self._people_ids)
-        poses = poses_in_frame(robot_pose, np.concatenate([self._world.people_poses, self._fixed_poses]))
-        earlier = poses if self._poses is None else self._poses
-        velocities = pose_rates(earlier, poses, self._control_period)
+        poses, goal, walls = _seen_from(
+            robot_pose, self._world.people_poses, self._fixed_poses, self._world.layout.goal, self._corners
+        )
+        velocities = pose_rates(poses if self._poses is None else self._poses, poses, self._control_period)
         self._poses = poses
-        points = points_in_frame(robot_pose, self._fixed_points)
         return Snapshot(
             timestamp=self._world.time,
             interval=DEFAULT_INTERVAL,
             command=self._world.command,
-            goal=points[0],
+            goal=goal,
             people=People(self._people_ids, poses[:num_people], velocities[:num_people]),
             objects=Objects(self._object_ids, poses[num_people:], velocities[num_people:], self._object_sizes),
-            walls=closed_lines(points[1:]),
+            walls=walls,
             interactions=self._interactions,
             robot_pose=robot_pose,
         )
+
+
+@njit
+def _seen_from(
+    frame: FloatArray, people: FloatArray, objects: FloatArray, goal: FloatArray, corners: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """In the frame that stands at a pose: people's poses, then objects', (n, 3); the goal, (2,); the walls, (n, 4)."""
+    poses = np.empty((len(people) + len(objects), 3))
+    poses[: len(people)], poses[len(people) :] = people, objects
+    walls = closed_lines(points_in_frame(frame, corners))
+    return poses_in_frame(frame, poses), points_in_frame(frame, goal.reshape(1, 2))[0], walls
 
 
 def frames_per_window(control_period: float) -> int:

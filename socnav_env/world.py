@@ -12,6 +12,7 @@ import numpy as np
 import pymunk
 import pymunk.batch
 
+from reward_model.jit import njit
 from socnav_env.config import EnvConfig
 from socnav_env.geometry import box_distances, boxes_of, wall_distances
 from socnav_env.layout import BoolArray, FloatArray, IntArray, Layout
@@ -85,6 +86,8 @@ class World:
         )
         self._physics = _Physics(self._bodies, self._velocities, self._walkers.group, self._around, config)
         self._physics.report_touches(self._touched)
+        self._walker_rows = np.flatnonzero(self._walks)
+        self._read()
 
     def advance(self, command: FloatArray) -> None:
         """Simulate one control period.
@@ -113,6 +116,7 @@ class World:
             self._drive(step)
             self._physics.step(step)
         self._periods += 1
+        self._read()
 
     @property
     def time(self) -> float:
@@ -137,37 +141,28 @@ class World:
     @property
     def robot_pose(self) -> FloatArray:
         """(3,) x [m], y [m], heading [rad] from -pi to pi."""
-        pose = self._bodies[-1, :3].copy()
-        pose[2] = math.remainder(pose[2], 2 * math.pi)
-        return pose
+        return self._robot_pose.copy()
 
     @property
     def robot_velocity(self) -> FloatArray:
         """(3,) vx, vy [m/s] in the world frame and turn rate [rad/s]: the mean over the last control period."""
-        velocity: FloatArray = (self._bodies[-1, :3] - self._before[-1]) / self.config.control_period
-        return velocity
+        return self._robot_velocity.copy()
 
     @property
     def people_poses(self) -> FloatArray:
         """(num_people, 3) x [m], y [m], heading [rad] from -pi to pi."""
-        poses = self.layout.people_poses.copy()
-        walking = self._bodies[:-1, :3].copy()
-        walking[:, 2] -= 2 * math.pi * np.round(walking[:, 2] / (2 * math.pi))
-        poses[self._walks] = walking
-        return poses
+        return self._people_poses.copy()
 
     @property
     def people_velocities(self) -> FloatArray:
         """(num_people, 3) vx, vy [m/s] in the world frame, turn rate [rad/s]: means over the last control period."""
-        velocities = np.zeros((self.layout.num_people, 3))
-        velocities[self._walks] = (self._bodies[:-1, :3] - self._before[:-1]) / self.config.control_period
-        return velocities
+        return self._people_velocities.copy()
 
     @property
     def people_targets(self) -> FloatArray:
         """(num_people, 2) where people walk to; those who stand have their own place [m]."""
         targets = self.layout.people_poses[:, :2].copy()
-        targets[self._walks] = self._walkers.target
+        targets[self._walker_rows] = self._walkers.target
         return targets
 
     @property
@@ -198,6 +193,12 @@ class World:
     def arrived(self) -> bool:
         """Whether the robot's centre is within the arrival radius of the goal."""
         return self.distance_to_goal() < self.config.robot.arrival_radius
+
+    def _read(self) -> None:
+        """Note poses and velocities as they are after a control period: they are asked for many times."""
+        standing, period = self.layout.people_poses, self.config.control_period
+        state = _state_of(self._bodies, self._before, self._walker_rows, standing, period)
+        self._robot_pose, self._robot_velocity, self._people_poses, self._people_velocities = state
 
     def _drive(self, step: float) -> None:
         """Write the robot's velocity: along the heading that it has halfway through the step."""
@@ -299,6 +300,25 @@ class _Physics:
     def _add_shape(self, shape: pymunk.Shape, kind: int) -> None:
         shape.collision_type = kind
         self._space.add(shape)
+
+
+@njit
+def _state_of(
+    bodies: FloatArray, before: FloatArray, walkers: IntArray, standing: FloatArray, period: float
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """The robot's pose and velocity, (3,), and people's, (num_people, 3).
+
+    bodies: (num_walkers + 1, 6) as pymunk has them, the robot last; before: (num_walkers + 1, 3) a period ago
+    walkers: (num_walkers,) which people walk; standing: (num_people, 3) where the others are
+    """
+    poses, velocities = standing.copy(), np.zeros_like(standing)
+    for row in range(len(walkers)):
+        poses[walkers[row]] = bodies[row, :3]
+        velocities[walkers[row]] = (bodies[row, :3] - before[row]) / period
+        poses[walkers[row], 2] -= 2 * math.pi * np.rint(bodies[row, 2] / (2 * math.pi))
+    pose, velocity = bodies[-1, :3].copy(), (bodies[-1, :3] - before[-1]) / period
+    pose[2] -= 2 * math.pi * np.rint(pose[2] / (2 * math.pi))
+    return pose, velocity, poses, velocities
 
 
 def _corners_of(box: FloatArray) -> list[tuple[float, float]]:
