@@ -1,17 +1,24 @@
-"""Augmentation of recorded scenes: copies that a person would have scored the same."""
+"""Augmentation of recorded scenes: copies that a person would have scored the same.
+
+Mirroring may be done to any scene. Turning the robot round is meant for one that drives (it then reverses along the
+same way); of a standing robot, as in SocNav1, it changes what it looks at, and with it what a person would say.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TypeVar
+from types import MappingProxyType
+from typing import Final, Literal, TypeVar
 
 import numpy as np
 
+from reward_model.graph import select_window
 from reward_model.scenario import FloatArray, Objects, People, Sequence, Snapshot
 
 Entities = TypeVar("Entities", People, Objects)
+Augmentation = Literal["none", "mirror", "all"]
 
 _MIRROR_POSE = np.array([1.0, -1.0, -1.0])  # forward, left, counter-clockwise
 _TURN_POSITION = np.array([-1.0, -1.0])
@@ -34,6 +41,22 @@ def rotated(sequence: Sequence) -> Sequence:
     The paper's second augmentation (Bachiller et al. 2021).
     """
     return _every_snapshot(sequence, _rotated_snapshot)
+
+
+# What each augmentation makes of a scene, itself first.
+VARIANTS: Final = MappingProxyType[Augmentation, tuple[Callable[[Sequence], Sequence], ...]](
+    {
+        "none": (lambda scene: scene,),
+        "mirror": (lambda scene: scene, mirrored),
+        "all": (lambda scene: scene, mirrored, rotated, lambda scene: mirrored(rotated(scene))),
+    }
+)
+
+
+def judged_window(sequence: Sequence) -> Sequence:
+    """The same scene without the snapshots that its window leaves out: it scores the same and is quicker to change."""
+    chosen = select_window([snapshot.timestamp for snapshot in sequence])
+    return replace(sequence, snapshots=tuple(sequence.snapshots[index] for index in reversed(chosen)))
 
 
 def _every_snapshot(sequence: Sequence, change: Callable[[Snapshot], Snapshot]) -> Sequence:

@@ -44,3 +44,38 @@ def trainable_network(config: NetworkConfig, seed: int) -> TrainableNetwork:
         if config.kind == "mpnn" and config.edge_network == "tabulated":
             return EdgelessMPNN(config.sizes, config.edge_network)
         return network_on_dgl(config)
+
+
+def usable_device(config: NetworkConfig, device: str) -> None:
+    """Check that a network can be trained on a device.
+
+    Raises `ValueError` where PyTorch cannot use it, `CheckpointError` where DGL cannot, which comes without CUDA, too.
+    """
+    torch_device(device)
+    if device == "cpu" or (config.kind == "mpnn" and config.edge_network == "tabulated"):
+        return
+    network_on_dgl(config)  # DGL is there
+    from reward_model.models.batching import runs_on
+
+    if not runs_on(device):
+        raise CheckpointError(f"{config.kind} must be trained on the cpu, this DGL cannot use device {device!r}")
+
+
+def best_device(config: NetworkConfig) -> str:
+    """`cuda` where PyTorch and what the network runs on can use it, else `cpu`."""
+    if not torch.cuda.is_available():
+        return "cpu"
+    try:
+        usable_device(config, "cuda")
+    except CheckpointError:
+        return "cpu"
+    return "cuda"
+
+
+def torch_device(device: str) -> torch.device:
+    """The device of that name. Raises `ValueError` where PyTorch cannot use it here."""
+    try:
+        return torch.empty(0, device=device).device
+    except (RuntimeError, AssertionError) as error:  # the latter where PyTorch was built without CUDA
+        reason = str(error).splitlines()[0]
+        raise ValueError(f"device must be one that PyTorch can use here, got {device!r} ({reason})") from None

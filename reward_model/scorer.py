@@ -15,7 +15,7 @@ from reward_model.checkpoint import Checkpoint, CheckpointError, NetworkConfig, 
 from reward_model.compiled import EdgelessMPNN, propagate
 from reward_model.fused import FusedMPNN
 from reward_model.graph import NUM_FRAMES, Float32Array, FrameGraph, sequence_frames
-from reward_model.networks import network_on_dgl
+from reward_model.networks import network_on_dgl, torch_device
 from reward_model.scenario import Scores, Sequence
 from reward_model.windows import pack_windows
 
@@ -46,7 +46,7 @@ class SocialScorer:
         if form not in FORMS:
             raise ValueError(f"form must be one of {list(FORMS)}, got {form!r}")
         self.name = name
-        place = _usable_device(device)
+        place = torch_device(device)
         if form == "auto":
             form = "compiled" if checkpoint.config.kind == COMPILED_KIND else "dgl"
         self._network: _Network = _Compiled(checkpoint, place) if form == "compiled" else _OnDGL(checkpoint, place)
@@ -154,14 +154,6 @@ def weights_path(weights: str | Path) -> Path:
 def cache_folder() -> Path:
     """Where what is fetched at run time is kept: `SOCNAV_CACHE`, or the user's cache folder."""
     return Path(os.environ.get("SOCNAV_CACHE") or platformdirs.user_cache_dir("socnav2"))
-
-
-def _usable_device(device: str) -> torch.device:
-    try:
-        return torch.empty(0, device=device).device
-    except (RuntimeError, AssertionError) as error:  # the latter where PyTorch was built without CUDA
-        reason = str(error).splitlines()[0]
-        raise ValueError(f"device must be one that PyTorch can use here, got {device!r} ({reason})") from None
 
 
 def _load_state(network: torch.nn.Module, checkpoint: Checkpoint) -> None:

@@ -1,12 +1,14 @@
-"""Train a network on labelled windows: early stopping, deterministic by seed."""
+"""Train a network on labelled windows: early stopping, deterministic by seed, resumable after any interruption."""
 
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable
+import hashlib
+from collections.abc import Callable, Iterator
 from collections.abc import Sequence as Items
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import torch
@@ -14,9 +16,23 @@ from torch import Tensor
 
 from reward_model.compiled import EdgelessMPNN
 from reward_model.graph import Float32Array, FrameGraph
-from reward_model.windows import pack_windows
+from reward_model.training_state import (
+    TrainingState,
+    generator_tensors,
+    load_state,
+    named,
+    restore_generators,
+    save_state,
+    unnamed,
+)
 
+if TYPE_CHECKING:
+    from reward_model.networks import TrainableNetwork
+
+_Indices = np.ndarray[tuple[int], np.dtype[np.int64]]
 _LEAK = 0.1  # slope below zero while training; a network that answers below zero could not learn its way back
+_EVALUATED_AT_ONCE = 256  # windows
+_EVALUATED_ON_DGL = 32  # windows; there every edge may have a matrix of its own
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,10 +41,12 @@ class LabelledWindows:
 
     windows: each one to three frames, newest first
     scores: (num_windows, 2) Q1 and Q2 in 0..1, NaN where a question was not asked
+    weights: (num_windows,) how much each counts in training, all the same where there are none
     """
 
     windows: Items[Items[FrameGraph]]
     scores: Float32Array
+    weights: Float32Array | None = None
 
     def __len__(self) -> int:
         return len(self.windows)
@@ -64,67 +82,163 @@ class Epoch(NamedTuple):
 
 
 def fit(
-    network: EdgelessMPNN,
+    network: TrainableNetwork,
     train: LabelledWindows,
     development: LabelledWindows,
     config: TrainingConfig,
     after_epoch: Callable[[Epoch], None] = lambda epoch: None,
+    state_file: Path | None = None,
+    resume: bool = False,
 ) -> list[Epoch]:
     """Train in place; the network ends with the weights of its best epoch on the development windows.
 
     The learning rate falls to a hundredth along a half cosine. Returns every epoch's errors.
-    Raises `ValueError` where one of the two holds no score at all.
+    after_epoch: called with every epoch when it is over, after `state_file` holds it; when a training is taken up
+        again, first with those that it had
+    state_file: written after every epoch; with `resume`, the training in it goes on to the end that it would have had
+    Raises `ValueError` where one of the two holds no score at all, and `TrainingStateError` where `state_file` does
+    not hold this training.
     """
     for name, data in (("train", train), ("development", development)):
         if np.isnan(data.scores).all():
             raise ValueError(f"the {name} windows must hold at least one score, got {len(data)} windows without any")
-    generator = np.random.default_rng(config.seed)
-    network.to(config.device).train()
-    steps = config.max_epochs * -(-len(train) // config.batch_size)
-    optimizer = torch.optim.AdamW(network.parameters(), lr=config.learning_rate, weight_decay=config.weight_decay)
-    schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, steps, config.learning_rate / 100)
-    history: list[Epoch] = []
-    best, best_state = float("inf"), copy.deepcopy(network.state_dict())
-    for number in range(1, config.max_epochs + 1):
-        train_error = _one_pass(network, train, generator.permutation(len(train)), config, optimizer, schedule)
-        history.append(Epoch(number, train_error, float(np.nanmean(errors(network, development, config.device)))))
-        after_epoch(history[-1])
-        if history[-1].development_error < best:
-            best, best_state = history[-1].development_error, copy.deepcopy(network.state_dict())
-        elif number - min(history, key=lambda epoch: epoch.development_error).number >= config.patience:
-            break
-    network.load_state_dict(best_state)
+    training = _Training(network, train, development, config)
+    with torch.random.fork_rng():  # dropout draws from PyTorch's own generators
+        torch.manual_seed(config.seed)
+        if resume and state_file is not None:
+            training.restore(state_file)
+            for epoch in training.history:
+                after_epoch(epoch)
+        while not training.is_over():
+            training.run_epoch()
+            if state_file is not None:
+                training.save(state_file)
+            after_epoch(training.history[-1])
+    network.load_state_dict(training.best_state)
     network.eval()
-    return history
+    return training.history
 
 
-def errors(network: EdgelessMPNN, data: LabelledWindows, device: str = "cpu") -> Float32Array:
+def errors(network: TrainableNetwork, data: LabelledWindows, device: str = "cpu") -> Float32Array:
     """(2,) the mean squared errors of Q1 and Q2, NaN for a question that was never asked."""
     squares, counts = torch.zeros(2), torch.zeros(2)
-    with torch.no_grad():
-        for start in range(0, len(data), 256):
-            chosen = np.arange(start, min(start + 256, len(data)))
-            answers, scores = _answers(network, data, chosen, device)
-            difference, known = _differences(torch.relu(answers), scores)
-            squares += (difference**2).sum(dim=0).cpu()
-            counts += known.sum(dim=0).cpu()
+    for answers, scores in _answered(network, data, device):
+        difference, known = _differences(answers, scores)
+        squares += (difference**2).sum(dim=0).cpu()
+        counts += known.sum(dim=0).cpu()
     result: Float32Array = (squares / counts).numpy()
     return result
 
 
+def _answered(network: TrainableNetwork, data: LabelledWindows, device: str) -> Iterator[tuple[Tensor, Tensor]]:
+    """Answers and scores, part by part, without dropout or gradients."""
+    size = _EVALUATED_AT_ONCE if isinstance(network, EdgelessMPNN) else _EVALUATED_ON_DGL
+    was_training = network.training
+    network.eval()
+    with torch.no_grad():
+        for start in range(0, len(data), size):
+            answers, scores = _answers(network, data, np.arange(start, min(start + size, len(data))), device)
+            yield torch.relu(answers), scores
+    network.train(was_training)
+
+
+class _Training:
+    """A network on its way, epoch by epoch."""
+
+    def __init__(
+        self, network: TrainableNetwork, train: LabelledWindows, development: LabelledWindows, config: TrainingConfig
+    ) -> None:
+        self.network, self.train, self.development, self.config = network, train, development, config
+        self.generator = np.random.default_rng(config.seed)
+        network.to(config.device).train()
+        steps = config.max_epochs * -(-len(train) // config.batch_size)
+        rate = config.learning_rate
+        self.optimizer = torch.optim.AdamW(network.parameters(), lr=rate, weight_decay=config.weight_decay)
+        self.schedule = torch.optim.lr_scheduler.CosineAnnealingLR(self.optimizer, steps, rate / 100)
+        self.history: list[Epoch] = []
+        self.best_state = copy.deepcopy(network.state_dict())
+
+    @property
+    def best(self) -> Epoch:
+        """The first epoch with the smallest development error."""
+        return min(self.history, key=lambda epoch: epoch.development_error)
+
+    def is_over(self) -> bool:
+        if not self.history:
+            return False
+        number = self.history[-1].number
+        return number >= self.config.max_epochs or number - self.best.number >= self.config.patience
+
+    def run_epoch(self) -> None:
+        order = self.generator.permutation(len(self.train))
+        train_error = _one_pass(self.network, self.train, order, self.config, self.optimizer, self.schedule)
+        development_error = float(np.nanmean(errors(self.network, self.development, self.config.device)))
+        self.history.append(Epoch(len(self.history) + 1, train_error, development_error))
+        if self.best is self.history[-1]:
+            self.best_state = copy.deepcopy(self.network.state_dict())
+
+    def save(self, path: Path) -> None:
+        optimizer = self.optimizer.state_dict()
+        moments = {
+            f"{index}.{name}": tensor for index, values in optimizer["state"].items() for name, tensor in values.items()
+        }
+        progress = {
+            "generator": self.generator.bit_generator.state,
+            "optimizer": optimizer["param_groups"],
+            "schedule": self.schedule.state_dict(),
+            "history": self.history,
+        }
+        tensors = {
+            **named("network", self.network.state_dict()),
+            **named("best", self.best_state),
+            **named("optimizer", moments),
+            **generator_tensors(),
+        }
+        save_state(path, TrainingState(self._run(), progress, tensors))
+
+    def restore(self, path: Path) -> None:
+        state = load_state(path, self._run())
+        moments: dict[int, dict[str, Tensor]] = {}
+        for name, tensor in unnamed("optimizer", state.tensors).items():
+            index, key = name.split(".")
+            moments.setdefault(int(index), {})[key] = tensor
+        self.network.load_state_dict(unnamed("network", state.tensors))
+        self.best_state = unnamed("best", state.tensors)
+        self.optimizer.load_state_dict({"state": moments, "param_groups": state.progress["optimizer"]})
+        self.schedule.load_state_dict(state.progress["schedule"])
+        self.generator.bit_generator.state = state.progress["generator"]
+        self.history = [Epoch(*epoch) for epoch in state.progress["history"]]
+        restore_generators(state.tensors)
+
+    def _run(self) -> dict[str, object]:
+        """What makes this training this one."""
+        shapes = {name: list(tensor.shape) for name, tensor in self.network.state_dict().items()}
+        digests = {"train_data": _digest(self.train), "development_data": _digest(self.development)}
+        return asdict(self.config) | digests | {"network": [type(self.network).__name__, shapes]}
+
+
+def _digest(data: LabelledWindows) -> str:
+    """Tells one set of windows from another by its scores, weights and sizes."""
+    digest = hashlib.sha256(data.scores.tobytes())
+    digest.update(b"" if data.weights is None else data.weights.tobytes())
+    digest.update(np.array([sum(map(len, window)) for window in data.windows]).tobytes())
+    return digest.hexdigest()[:16]
+
+
 def _one_pass(
-    network: EdgelessMPNN,
+    network: TrainableNetwork,
     data: LabelledWindows,
-    order: np.ndarray[tuple[int], np.dtype[np.int64]],
+    order: _Indices,
     config: TrainingConfig,
     optimizer: torch.optim.Optimizer,
     schedule: torch.optim.lr_scheduler.LRScheduler,
 ) -> float:
     total, count = 0.0, 0
     for start in range(0, len(order), config.batch_size):
-        answers, scores = _answers(network, data, order[start : start + config.batch_size], config.device)
+        chosen = order[start : start + config.batch_size]
+        answers, scores = _answers(network, data, chosen, config.device)
         difference, known = _differences(torch.nn.functional.leaky_relu(answers, _LEAK), scores)
-        loss = (difference**2).sum() / known.sum().clamp(min=1)
+        loss = _weighted_mean(difference**2, known, data, chosen)
         optimizer.zero_grad()
         loss.backward()  # type: ignore[no-untyped-call]
         torch.nn.utils.clip_grad_norm_(network.parameters(), 1.0)
@@ -134,11 +248,17 @@ def _one_pass(
     return total / count
 
 
-def _answers(
-    network: EdgelessMPNN, data: LabelledWindows, chosen: np.ndarray[tuple[int], np.dtype[np.int64]], device: str
-) -> tuple[Tensor, Tensor]:
-    batch = pack_windows([data.windows[index] for index in chosen.tolist()]).to(device)
-    return network(batch), torch.from_numpy(data.scores[chosen]).to(device)
+def _answers(network: TrainableNetwork, data: LabelledWindows, chosen: _Indices, device: str) -> tuple[Tensor, Tensor]:
+    answers = network.answers([data.windows[index] for index in chosen.tolist()], device)
+    return answers, torch.from_numpy(data.scores[chosen]).to(device)
+
+
+def _weighted_mean(squares: Tensor, known: Tensor, data: LabelledWindows, chosen: _Indices) -> Tensor:
+    if data.weights is None:
+        return squares.sum() / known.sum().clamp(min=1)
+    weights = torch.from_numpy(data.weights[chosen]).to(squares.device).unsqueeze(1)
+    total = (weights * known).sum()
+    return (weights * squares).sum() / torch.where(total > 0, total, 1.0)
 
 
 def _differences(answers: Tensor, scores: Tensor) -> tuple[Tensor, Tensor]:

@@ -28,3 +28,12 @@ def dgl_graph(graphs: Items[SceneGraph]) -> dgl.DGLGraph:
     batch.edata["features"] = torch.from_numpy(np.concatenate([graph.edge_features for graph in graphs]))
     batch.edata["relation"] = torch.from_numpy(np.concatenate([graph.relations for graph in graphs])).long()
     return batch
+
+
+def runs_on(device: str) -> bool:
+    """Whether this build of DGL can use a device."""
+    try:
+        dgl.graph(([0], [0])).to(device)
+    except (dgl.DGLError, RuntimeError, AssertionError):  # PyTorch without CUDA raises the latter two
+        return False
+    return True

@@ -1,0 +1,139 @@
+"""Labelled sequences as windows of frames, with all that splitting, weighting and training need of them."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable
+from collections.abc import Sequence as Items
+from dataclasses import dataclass
+from hashlib import sha256
+from typing import Final, Literal
+
+import numpy as np
+
+from reward_model.dataset import VARIANTS, Augmentation, judged_window
+from reward_model.graph import Float32Array, FrameGraph, sequence_frames
+from reward_model.ratings import Ratings
+from reward_model.scenario import IntArray, LabelledSequence
+from reward_model.training import LabelledWindows
+
+Part = Literal["train", "development", "test"]
+PARTS: Final[tuple[Part, ...]] = ("train", "development", "test")
+
+
+class DatasetError(ValueError):
+    """A set of labelled scenes cannot be used. The message names the place, the rule and the remedy."""
+
+
+@dataclass(frozen=True, eq=False)
+class Examples:
+    """Windows, their scores, and where they come from; augmented copies follow their original.
+
+    windows: each one to three frames, newest first
+    scores: (num_examples, 2) Q1 and Q2 in 0..1, NaN where not asked
+    scenes: what splits keep together
+    clips: what was shown, see `Ratings`
+    raters: who scored, empty where unknown
+    variants: (num_examples,) 0 for an original, above for its augmented copies
+    """
+
+    windows: Items[Items[FrameGraph]]
+    scores: Float32Array
+    scenes: tuple[str, ...]
+    clips: tuple[str, ...]
+    raters: tuple[str, ...]
+    variants: IntArray
+
+    def __len__(self) -> int:
+        return len(self.scenes)
+
+    def chosen(self, indices: Iterable[int]) -> Examples:
+        """Some of the examples."""
+        rows = list(indices)
+        return Examples(
+            [self.windows[row] for row in rows],
+            self.scores[rows],
+            tuple(self.scenes[row] for row in rows),
+            tuple(self.clips[row] for row in rows),
+            tuple(self.raters[row] for row in rows),
+            self.variants[rows],
+        )
+
+    def originals(self) -> Examples:
+        """The examples without augmented copies."""
+        return self.chosen(np.flatnonzero(self.variants == 0).tolist())
+
+    def ratings(self) -> Ratings:
+        """Who scored what."""
+        return Ratings(self.clips, self.raters, self.scores.astype(np.float64))
+
+    def labelled(self, clips_alike: bool = False) -> LabelledWindows:
+        """What to train on. clips_alike: every clip weighs the same, however many people scored it."""
+        if not clips_alike:
+            return LabelledWindows(self.windows, self.scores)
+        counts = Counter(self.clips)
+        weights = np.array([1 / counts[clip] for clip in self.clips], dtype=np.float32)
+        return LabelledWindows(self.windows, self.scores, weights)
+
+
+def examples_of(labelled: Iterable[LabelledSequence], augmentation: Augmentation = "none") -> Examples:
+    """Make examples of labelled sequences. Raises `ScenarioError` as `sequence_frames` does."""
+    windows, rows, variants = [], [], []
+    for each in labelled:
+        window = judged_window(each.sequence)
+        for variant, change in enumerate(VARIANTS[augmentation]):
+            windows.append(sequence_frames(change(window)))
+            rows.append(each)
+            variants.append(variant)
+    scores = [[math.nan if score is None else score for score in (row.q1, row.q2)] for row in rows]
+    return Examples(
+        windows,
+        np.array(scores, dtype=np.float32).reshape(-1, 2),
+        tuple(row.scene for row in rows),
+        tuple(row.sequence.name for row in rows),
+        tuple(row.rater for row in rows),
+        np.array(variants, dtype=np.int64),
+    )
+
+
+def split_by_scene(examples: Examples, held_out: float, seed: int = 0) -> dict[Part, Examples]:
+    """Put every scene, with all its ratings and augmented copies, into one part.
+
+    A scene's part follows from its name and the seed alone: it stays where it is when others are added.
+    held_out: the share of scenes for development, and for the test. Augmented copies are for training only.
+    Raises `DatasetError` where a part would be empty.
+    """
+    return {
+        part: chosen if part == "train" else chosen.originals()
+        for part, chosen in ((part, part_of_scenes(examples, part, held_out, seed)) for part in PARTS)
+    }
+
+
+def part_of_scenes(examples: Examples, part: Part, held_out: float, seed: int = 0) -> Examples:
+    """One part of what `split_by_scene` makes, augmented copies included. Raises `DatasetError` where it is empty."""
+    if not 0 < held_out < 0.5:
+        raise DatasetError(f"held_out must lie between 0 and 0.5, got {held_out}")
+    scenes = {scene: _part(scene, held_out, seed) == part for scene in set(examples.scenes)}
+    if not any(scenes.values()):
+        raise DatasetError(
+            f"no scene falls into the {part} part of {len(scenes)} scenes; "
+            "raise held_out, choose another seed or give more scenes"
+        )
+    return examples.chosen(row for row, scene in enumerate(examples.scenes) if scenes[scene])
+
+
+def check_apart(parts: dict[Part, Examples]) -> None:
+    """Raise `DatasetError` where a scene is in two parts."""
+    seen: dict[str, Part] = {}
+    for part, examples in parts.items():
+        for scene in examples.scenes:
+            if seen.setdefault(scene, part) != part:
+                raise DatasetError(f"scene {scene!r} must be in one part only, it is in {seen[scene]} and {part}")
+
+
+def _part(scene: str, held_out: float, seed: int) -> Part:
+    place = int.from_bytes(sha256(f"{seed} {scene}".encode()).digest()[:8]) / 2**64
+    if place < held_out:
+        return "test"
+    return "development" if place < 2 * held_out else "train"
