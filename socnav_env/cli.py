@@ -2,40 +2,51 @@
 
 from __future__ import annotations
 
-import io
 import json
+import math
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Annotated, Final, Protocol
 
 import tyro
-from rich.console import Console
-from rich.progress import track
 
 from reward_model.files import replace_file
-from socnav_env.config import EnvConfig
+from socnav_env.config import EnvConfig, PeopleConfig, RobotConfig
 
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-    from socnav_env.env import SocNavEnv
-
+DIFFERENT: Final = 1
 USER_ERROR: Final = 2
 INTERRUPTED: Final = 130
 PICTURE_KINDS: Final = (".gif", ".png")
-GIF_COLORS: Final = 128
-PALETTE_PICTURES: Final = 12  # of an episode, from which its palette is made
-LAST_PICTURE: Final = 2000  # ms for which a GIF rests on its last picture
+ZIP_START: Final = b"PK"
+
+Files = Annotated[tyro.conf.Positional[tuple[Path, ...]], tyro.conf.arg(metavar="FILE...", help_behavior_hint="")]
+Output = Annotated[Path | None, tyro.conf.arg(aliases=["-o"])]
+
+
+class Command(Protocol):
+    """What can be run; its fields are its options and its docstring is its help."""
+
+    def run(self) -> int:
+        """Do it; returns the exit status. Raises `ValueError` for what the user can put right."""
+        ...
 
 
 @dataclass(frozen=True)
 class Render:
-    """Play one episode and draw it: a .gif shows all of it, a .png how it ended."""
+    """Draw an episode: a .gif shows all of it, a .png how it ended.
 
-    output: tyro.conf.Positional[Path]
-    """Picture file, .gif or .png."""
+    `render clip.gif` plays one. `render FILE -o clip.gif` draws one that RecordTrajectory has recorded.
+    """
+
+    file: tyro.conf.Positional[Path]
+    """Picture file, .gif or .png; with -o: the recording to draw."""
+    output: Output = None
+    """Picture file of a recording."""
     driver: str = "polite"
     """Who drives: goal, polite, chaser, fugitive, reverser, joystick or stander."""
     seed: int = 0
@@ -47,37 +58,139 @@ class Render:
     env_config: Path | None = None
     """JSON file with the environment's configuration, where it differs from the default."""
 
-    def run(self) -> None:
-        """Play, draw, write the picture, and print how the episode ended."""
-        if self.output.suffix.lower() not in PICTURE_KINDS:
-            raise ValueError(f"output must end in {' or '.join(PICTURE_KINDS)}, got {str(self.output)!r}")
+    def run(self) -> int:
+        """Play or read, draw, write the picture, and print how the episode ended."""
+        picture = self.file if self.output is None else self.output
+        if picture.suffix.lower() not in PICTURE_KINDS:
+            raise ValueError(f"output must end in {' or '.join(PICTURE_KINDS)}, got {str(picture)!r}")
         if self.seed < 0:
             raise ValueError(f"seed must not be negative, got {self.seed}")
+        from socnav_env.clips import encode_pictures
+
+        whole = picture.suffix.lower() == ".gif"
+        pictures, seconds_each, outcome = self._play(whole) if self.output is None else self._draw(whole)
+        replace_file(picture, encode_pictures(pictures, seconds_each))
+        print(f"{picture}: {outcome or 'broken off'}")
+        return 0
+
+    def _play(self, whole: bool) -> tuple[list[Image], float, str | None]:
+        from socnav_env.clips import play
         from socnav_env.env import SocNavEnv
 
         config = EnvConfig() if self.env_config is None else read_env_config(self.env_config)
         env = SocNavEnv(self.reward, config=config, render_mode="rgb_array", weights=self.weights)
-        whole = self.output.suffix.lower() == ".gif"
         pictures, outcome = play(env, self.driver, self.seed, whole)
-        replace_file(self.output, encode_pictures(pictures, config.control_period))
-        print(f"{self.output}: {outcome}")
+        return pictures, config.control_period, outcome
+
+    def _draw(self, whole: bool) -> tuple[list[Image], float, str | None]:
+        from socnav_env.clips import draw_recording
+        from socnav_env.recording import read_recording
+
+        recording = read_recording(self.file)
+        return draw_recording(recording, whole), recording.config.control_period, recording.trajectory.outcome
 
 
-COMMANDS: Final[dict[str, Callable[..., Render]]] = {"render": Render}
+@dataclass(frozen=True)
+class Replay:
+    """Simulate recordings again and compare every bit: exit status 1 where one differs, 2 where one cannot be read.
+
+    A recording of other versions is refused. A line on stdout says for each file whether it is identical, or where it
+    first differs.
+    """
+
+    files: Files
+    """Files that RecordTrajectory wrote."""
+
+    def run(self) -> int:
+        """Go through the files, bad ones included."""
+        if not self.files:
+            raise ValueError("replay needs at least one file")
+        return max(_reported(file) for file in self.files)
+
+
+@dataclass(frozen=True)
+class Metrics:
+    """Measure an episode: a recording, or a scene in SocNav2's JSON format, of which some things cannot be known.
+
+    docs/metrics.md defines every measure. One that has no meaning in the episode is nan, in the JSON file null.
+    """
+
+    file: tyro.conf.Positional[Path]
+    """File that RecordTrajectory wrote, or a SocNav2 JSON file with robot poses."""
+    output: Output = None
+    """JSON file to write the measures to as well."""
+    weights: str | None = None
+    """Score the steps anew with these weights: default, published or a checkpoint folder."""
+    without_robot: bool = False
+    """Simulate a recording again without its robot, for person_detour and person_delay."""
+    robot_radius: float = RobotConfig.radius
+    """[m] of the robot in a SocNav2 file, which does not say it."""
+    people_radius: float = PeopleConfig.radius
+    """[m] of people in a SocNav2 file, which does not say it."""
+
+    def run(self) -> int:
+        """Read, measure, print one line a measure, and write them where asked to."""
+        for name in ("robot_radius", "people_radius"):
+            radius = getattr(self, name)
+            if not (math.isfinite(radius) and radius > 0):
+                raise ValueError(f"{name} must be a positive number, got {radius}")
+        from socnav_env.measuring import measure_recording, measure_scene
+
+        if _is_recording(self.file):
+            measured = measure_recording(self.file, self.weights, self.without_robot)
+        elif self.without_robot:
+            raise ValueError(f"{self.file}: without_robot needs a recording, a SocNav2 file cannot be simulated again")
+        else:
+            measured = measure_scene(self.file, self.weights, self.robot_radius, self.people_radius)
+        for name, value in measured.metrics.items():
+            print(f"{name:28}{value:.6g}")
+        if self.output is not None:
+            values = {name: None if math.isnan(value) else value for name, value in measured.metrics.items()}
+            document = {"file": str(self.file), "scorer": measured.scorer, "metrics": values}
+            replace_file(self.output, (json.dumps(document, indent=2, allow_nan=False) + "\n").encode())
+        return 0
+
+
+@dataclass(frozen=True)
+class Export:
+    """Write a recording, warm-up included, as a scene in SocNav2's JSON format, as the reward model reads it."""
+
+    file: tyro.conf.Positional[Path]
+    """File that RecordTrajectory wrote."""
+    output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
+    """JSON file to write."""
+
+    def run(self) -> int:
+        """Read, simulate again, write."""
+        from reward_model.socnav2_json import write_socnav2
+        from socnav_env.recording import read_recording
+        from socnav_env.replay import recorded_sequence
+
+        sequence = recorded_sequence(read_recording(self.file), self.file.stem)
+        write_socnav2(sequence, self.output)
+        print(f"{self.output}: {len(sequence)} snapshots")
+        return 0
+
+
+COMMANDS: Final[dict[str, Callable[..., Command]]] = {
+    "render": Render,
+    "replay": Replay,
+    "metrics": Metrics,
+    "export": Export,
+}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a command and return its exit status: 0, 2 for bad input, 130 when interrupted."""
-    command = tyro.extras.subcommand_cli_from_dict(COMMANDS, prog="python -m socnav_env", args=arguments)
+    """Run a command and return its exit status: 0, 2 for bad input, 130 when interrupted, or one of its own."""
+    command: Command = tyro.extras.subcommand_cli_from_dict(COMMANDS, prog="python -m socnav_env", args=arguments)
     try:
-        command.run()
+        return command.run()
     except (ValueError, OSError) as error:
-        print("\n".join(f"socnav_env: {line}" for line in str(error).splitlines()), file=sys.stderr)
+        _complain(error)
         return USER_ERROR
     except KeyboardInterrupt:
         print("socnav_env: interrupted", file=sys.stderr)
         return INTERRUPTED
-    return 0
 
 
 def read_env_config(path: Path) -> EnvConfig:
@@ -91,54 +204,26 @@ def read_env_config(path: Path) -> EnvConfig:
         raise ValueError(f"{path}: {error}") from None
 
 
-def play(env: SocNavEnv, driver: str, seed: int, whole: bool) -> tuple[list[Image], str]:
-    """Play one episode under a driver of this name; returns pictures, all or only the last, and how it ended."""
-    import numpy as np
-    from PIL.Image import fromarray
-
-    from socnav_env.drivers import DRIVERS
-    from socnav_env.env import action_of
-
-    if driver not in DRIVERS:
-        raise ValueError(f"driver must be one of {', '.join(DRIVERS)}, got {driver!r}")
-    env.reset(seed=seed)
-    random = np.random.default_rng(seed)
-    at_the_wheel = DRIVERS[driver](random)
-    pictures = []
-    console = Console(stderr=True)
-    steps = range(env.config.max_steps)
-    for _ in track(steps, "playing", console=console, transient=True, disable=not console.is_terminal):
-        if whole:
-            pictures.append(fromarray(env.frame()))
-        command = at_the_wheel.command(env.world, random)
-        info = env.step(action_of(command, env.config.robot))[-1]
-        if info["outcome"] is not None:
-            break
-    return [*pictures, fromarray(env.frame())], info["outcome"]
+def _complain(error: Exception) -> None:
+    print("\n".join(f"socnav_env: {line}" for line in str(error).splitlines()), file=sys.stderr)
 
 
-def encode_pictures(pictures: Sequence[Image], seconds_each: float) -> bytes:
-    """One picture as PNG, several as an endless GIF that rests on its last one."""
-    from PIL.Image import Dither
-
-    content = io.BytesIO()
-    if len(pictures) == 1:
-        pictures[0].save(content, format="PNG")
-        return content.getvalue()
-    palette = _common_palette(pictures)  # one for all frames: quicker, and nothing flickers
-    first, *others = [picture.quantize(palette=palette, dither=Dither.NONE) for picture in pictures]
-    durations = [round(1000 * seconds_each)] * len(others) + [LAST_PICTURE]
-    first.save(content, format="GIF", save_all=True, append_images=others, duration=durations, loop=0)
-    return content.getvalue()
+def _is_recording(path: Path) -> bool:
+    with path.open("rb") as file:
+        return file.read(len(ZIP_START)) == ZIP_START
 
 
-def _common_palette(pictures: Sequence[Image]) -> Image:
-    """A palette for pictures of one episode, from some of them spread over it."""
-    from PIL.Image import new
+def _reported(path: Path) -> int:
+    """Replay a file, say how it went, and return the exit status that it alone would give."""
+    from socnav_env.recording import read_recording
+    from socnav_env.replay import first_difference, replay
 
-    chosen = pictures[:: -(len(pictures) // -PALETTE_PICTURES)]
-    width, height = pictures[0].size
-    column = new("RGB", (width, height * len(chosen)))
-    for index, picture in enumerate(chosen):
-        column.paste(picture, (0, index * height))
-    return column.quantize(GIF_COLORS)
+    try:
+        recording = read_recording(path)
+        difference = first_difference(recording.trajectory, replay(recording))
+    except ValueError as error:
+        _complain(error)
+        return USER_ERROR
+    steps = len(recording.trajectory)
+    print(f"{path}: identical, {steps} steps" if difference is None else f"{path}: {difference}", flush=True)
+    return 0 if difference is None else DIFFERENT

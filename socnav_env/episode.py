@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from reward_model.graph import FrameGraph, select_window
+from reward_model.graph import FrameGraph
 from reward_model.scenario import Scores
 from socnav_env.config import ConfigError, EnvConfig
-from socnav_env.frames import interaction_lines
 from socnav_env.layout import FloatArray
 from socnav_env.outcomes import Outcome, decide_outcome
+from socnav_env.playback import view_of
 from socnav_env.population import sample_layout
 from socnav_env.rewards import Moment
-from socnav_env.snapshots import Recorder, frames_per_window
+from socnav_env.snapshots import Recorder
 from socnav_env.trajectory import Trajectory, TrajectoryRecorder
 from socnav_env.views import SceneView
 from socnav_env.world import World
@@ -71,30 +71,7 @@ class Episode:
 
     def view(self) -> SceneView:
         """What a picture of this moment shows."""
-        world, layout, period = self.world, self.world.layout, self._config.control_period
-        people_poses = world.people_poses
-        path = self._trajectory.robot_poses[-frames_per_window(period) :].copy()
-        marks = select_window([row * period for row in range(len(path))])[1:]
-        return SceneView(
-            corners=layout.room.corners,
-            robot_pose=path[-1],
-            robot_radius=world.robot_radius,
-            goal=layout.goal,
-            arrival_radius=self._config.robot.arrival_radius,
-            people_poses=people_poses,
-            people_walk=layout.people_walk,
-            people_radius=world.people_radius,
-            object_poses=layout.object_poses,
-            object_sizes=layout.object_sizes,
-            object_kinds=layout.object_kinds,
-            interaction_lines=interaction_lines(layout, people_poses),
-            trail=path[:, :2],
-            trail_marks=path[marks],
-            scores=self.scores,
-            time=self.steps * period,
-            time_limit=self._config.time_limit,
-            outcome=self.outcome,
-        )
+        return view_of(self.trajectory(), self.steps, self._config)
 
     def _advance_world(self, command: FloatArray) -> None:
         self.world.advance(command)

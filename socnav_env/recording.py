@@ -37,6 +37,7 @@ class Recording:
     random_state: of the world's generator before the warm-up
     scorer: name of the weights that gave the scores; None where nobody judged
     versions: of everything that the simulated bits depend on, by name
+    name: what complaints call it
     """
 
     trajectory: Trajectory
@@ -44,6 +45,7 @@ class Recording:
     random_state: dict[str, Any]
     scorer: str | None
     versions: dict[str, str]
+    name: str = "recording"
 
     def generator(self) -> np.random.Generator:
         """A generator in the state from which the world was made."""
@@ -160,6 +162,7 @@ def read_recording(path: str | os.PathLike[str]) -> Recording:
         random_state=header["random_state"],
         scorer=header["scorer"],
         versions=header["versions"],
+        name=place,
     )
     try:
         recording.generator()

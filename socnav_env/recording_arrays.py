@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import struct
 import zipfile
 import zlib
 from typing import Any, Final
@@ -42,6 +43,20 @@ STATE_ARRAYS: Final[dict[str, tuple[str, Shape]]] = {
     "commands": ("float64", ("steps", 2)),
     "scores": ("float64", ("steps", 2)),
 }
+# What NumPy and zipfile raise for damaged files: wrong sums, sizes, names, unknown kinds of compression.
+DAMAGE: Final = (
+    ValueError,
+    OSError,
+    EOFError,
+    LookupError,
+    MemoryError,
+    OverflowError,
+    RuntimeError,
+    struct.error,
+    zipfile.BadZipFile,
+    zlib.error,
+)
+LONGEST_COMPLAINT: Final = 100  # characters of what NumPy or zipfile say, which may quote the damage
 MAY_BE_NAN: Final = ("scores",)
 
 
@@ -71,8 +86,9 @@ def read_arrays(content: bytes, place: str) -> Arrays:
     try:
         with np.load(io.BytesIO(content), allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files}
-    except (ValueError, OSError, EOFError, KeyError, MemoryError, zipfile.BadZipFile, zlib.error) as error:
-        raise RecordingError(f"{place}: the file is damaged: {error}".splitlines()[0]) from error
+    except DAMAGE as error:
+        what = repr(str(error) or type(error).__name__)[1:-1]
+        raise RecordingError(f"{place}: the file is damaged: {what[:LONGEST_COMPLAINT]}") from error
     strange = [name for name, array in arrays.items() if not isinstance(array, np.ndarray)]
     if strange:
         raise RecordingError(f"{place}: {strange[0]} must be an array as NumPy saves it")

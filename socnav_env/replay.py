@@ -110,8 +110,8 @@ def _world(recording: Recording, layout: Layout) -> World:
     versions = simulation_versions()
     if recording.versions != versions:
         raise RecordingError(
-            f"must be simulated by the versions that recorded it, {_shown(recording.versions)}; this is "
-            f"{_shown(versions)}"
+            f"{recording.name}: must be simulated by the versions that recorded it, {_shown(recording.versions)}; "
+            f"these are {_shown(versions)}"
         )
     return World(layout, recording.config, recording.generator())
 

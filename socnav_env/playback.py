@@ -1,0 +1,41 @@
+"""Any moment of a recorded episode, as a picture shows it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from reward_model.graph import select_window
+from reward_model.scenario import Scores
+from socnav_env.config import EnvConfig
+from socnav_env.frames import interaction_lines
+from socnav_env.snapshots import frames_per_window
+from socnav_env.trajectory import Trajectory
+from socnav_env.views import SceneView
+
+
+def view_of(trajectory: Trajectory, row: int, config: EnvConfig) -> SceneView:
+    """What a picture shows of an episode after `row` steps, with the last two seconds behind it."""
+    layout, people_poses = trajectory.layout, trajectory.people_poses[row]
+    first = max(row + 1 - frames_per_window(config.control_period), 0)
+    path, times = trajectory.robot_poses[first : row + 1], trajectory.times[first : row + 1]
+    scores = trajectory.scores[row - 1] if row else np.array([np.nan])
+    return SceneView(
+        corners=layout.room.corners,
+        robot_pose=path[-1],
+        robot_radius=trajectory.robot_radius,
+        goal=layout.goal,
+        arrival_radius=config.robot.arrival_radius,
+        people_poses=people_poses,
+        people_walk=layout.people_walk,
+        people_radius=trajectory.people_radius,
+        object_poses=layout.object_poses,
+        object_sizes=layout.object_sizes,
+        object_kinds=layout.object_kinds,
+        interaction_lines=interaction_lines(layout, people_poses),
+        trail=path[:, :2],
+        trail_marks=path[select_window(times.tolist())[1:]],
+        scores=None if np.isnan(scores).any() else Scores(*scores.tolist()),
+        time=row * config.control_period,
+        time_limit=config.time_limit,
+        outcome=trajectory.outcome if row == len(trajectory) else None,
+    )
