@@ -38,7 +38,7 @@ class PPOConfig:
     """Logarithm of the actions' standard deviation at the start."""
     entity_width: int = 32
     """Numbers that encode one entity."""
-    net_arch: tuple[int, ...] = (64,)
+    net_arch: tuple[int, ...] = (64, 64)
     """Hidden layers of the actor, and of the critic, on top of the pooled entities."""
 
 

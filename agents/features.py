@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -10,21 +11,25 @@ from gymnasium import spaces
 from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from torch import Tensor, nn
 
+from agents.clearance import SIGHT, free_distances
+
 POSITION_SCALE = 0.2  # 1/m, so that a room's positions lie within about -2..2
 NEARNESS_SOFTENING = 0.3  # m, nearness is 1 / (distance + this)
 POLAR_WIDTH = 6  # what `polar` makes of a point
+NUM_HEADINGS = 36  # directions the robot looks in
 CORRIDOR_WIDTH = 3  # and `corridor`
 ASIDE = 1.5  # m, further aside than this is out of the way
 TINY = 1e-6  # m, keeps directions finite at the origin
 
 
 class EntityFeatures(BaseFeaturesExtractor):
-    """Encodes every entity together with the robot's own state and the goal, then pools each type over its members.
+    """Pools encoded entities by type, and looks how far the robot could drive in every direction.
 
-    Each entity is described by its point closest to the robot (as `polar` gives it) and its own attributes.
-    A type's encoder lifts that to `hidden` numbers, to which the encoded robot and goal are added; a second
-    layer, shared by all types, follows. The maximum over the members of each type, 0 where there are none, and
-    the encoded robot and goal are the features. A type that the configuration rules out has no part in it.
+    Each entity is described by its point closest to the robot (as `polar` and `corridor` give it) and its own
+    attributes. A type's encoder lifts that to `hidden` numbers, to which the encoded robot and goal are added; a
+    second layer, shared by all types, follows, and then the maximum over the members of each type, 0 where there
+    are none. A type that the configuration rules out has no part in it. Beside these stand the robot's state, the
+    goal and the free distances along headings counted from the one towards the goal, in one layer of 2 * `hidden`.
 
     Reordering the rows of a type, or changing rows whose mask is 0, changes nothing.
 
@@ -34,29 +39,43 @@ class EntityFeatures(BaseFeaturesExtractor):
 
     """
 
-    def __init__(self, observation_space: spaces.Dict, hidden: int = 64) -> None:
+    headings: Tensor
+
+    def __init__(self, observation_space: spaces.Dict, hidden: int = 32) -> None:
         kinds = [kind for kind in ATTRIBUTES if kind in observation_space.spaces]
-        super().__init__(observation_space, features_dim=(len(kinds) + 1) * hidden)
+        super().__init__(observation_space, features_dim=(len(kinds) + 2) * hidden)
         self.capacities = {kind: _length(observation_space, f"{kind}_mask") for kind in kinds}
         self.encoders = nn.ModuleDict(
             {kind: nn.Linear(POLAR_WIDTH + CORRIDOR_WIDTH + ATTRIBUTES[kind].width, hidden) for kind in kinds}
         )
         own_width = _length(observation_space, "robot") + POLAR_WIDTH
         self.context = nn.Linear(own_width, hidden)
-        self.own = nn.Linear(own_width, hidden)
+        self.own = nn.Linear(own_width + 2 * NUM_HEADINGS, 2 * hidden)
         self.shared = nn.Linear(hidden, hidden)
+        headings = torch.arange(NUM_HEADINGS) * (2 * math.pi / NUM_HEADINGS)
+        self.register_buffer("headings", headings, persistent=False)
 
     def forward(self, observations: dict[str, Tensor]) -> Tensor:
-        """Return the features of a batch of observations, (batch, (kinds + 1) * hidden)."""
+        """Return the features of a batch of observations, (batch, (kinds + 2) * hidden)."""
         with torch.no_grad():
             own, described, mask = describe(observations, self.capacities)
-        features = [torch.relu(self.own(own))]
+            free = look_around(observations, self.capacities, self.headings)
+        features = [torch.relu(self.own(torch.cat([own, free], dim=1)))]
         if described:
             rows = torch.cat([self.encoders[kind](described[kind]) for kind in described], dim=1)
             rows = torch.relu(rows + self.context(own)[:, None])  # (batch, entities, hidden)
             rows = torch.relu(self.shared(rows)) * mask[:, :, None]
             features += [members.amax(dim=1) for members in torch.split(rows, list(self.capacities.values()), dim=1)]
         return torch.cat(features, dim=1)
+
+
+def look_around(observations: dict[str, Tensor], capacities: dict[str, int], headings: Tensor) -> Tensor:
+    """Return the free distances, scaled, and their nearness, (batch, 2 * num_headings); heading 0 is the goal's."""
+    goal = observations["goal"]
+    rows = {kind: torch.unflatten(observations[kind], 1, (capacity, -1)) for kind, capacity in capacities.items()}
+    masks = {kind: observations[f"{kind}_mask"] for kind in capacities}
+    free = free_distances(rows, masks, torch.atan2(goal[:, 1:], goal[:, :1]) + headings)
+    return torch.cat([free / SIGHT, NEARNESS_SOFTENING / (free + NEARNESS_SOFTENING)], dim=1)
 
 
 def describe(observations: dict[str, Tensor], capacities: dict[str, int]) -> tuple[Tensor, dict[str, Tensor], Tensor]:

@@ -51,7 +51,7 @@ def test_masked_rows_change_nothing_and_others_do(extractor: EntityFeatures, kin
 def test_empty_sets_are_finite(extractor: EntityFeatures) -> None:
     batch = {**observations(presence=0.0), "goal": torch.zeros(5, 2)}
     features = extractor(batch)
-    assert features.shape == (5, 5 * 16)
+    assert features.shape == (5, 6 * 16)
     assert torch.isfinite(features).all()
     features.sum().backward()
     assert all(torch.isfinite(weight.grad).all() for weight in extractor.parameters() if weight.grad is not None)
@@ -61,9 +61,9 @@ def test_kinds_that_a_configuration_rules_out_are_left_away() -> None:
     space = spaces.Dict({key: box for key, box in entities_space().items() if not key.startswith(("people", "inter"))})
     batch = observations()
     features = EntityFeatures(space, hidden=8)({key: batch[key] for key in space})
-    assert features.shape == (5, 3 * 8)
+    assert features.shape == (5, 4 * 8)
     alone = spaces.Dict({key: space[key] for key in ("robot", "goal")})
-    assert EntityFeatures(alone, hidden=8)({key: batch[key] for key in alone}).shape == (5, 8)
+    assert EntityFeatures(alone, hidden=8)({key: batch[key] for key in alone}).shape == (5, 16)
 
 
 def test_polar_of_a_point_to_the_left() -> None:
