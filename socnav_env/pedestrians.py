@@ -249,6 +249,12 @@ def first_in_sight(
     return -1
 
 
+@njit
+def anyone_needs_target(time_left: FloatArray, blocked: FloatArray, patience: float) -> bool:
+    """Whether `in_need_of_target` would name anyone; asked every period, and most often nobody does."""
+    return len(time_left) > 0 and (time_left.min() <= 0.0 or blocked.max() > patience)
+
+
 def in_need_of_target(walkers: Walkers, patience: float) -> BoolArray:
     """Which walkers have had their target for long enough, or are blocked on the way. Returns (num_walkers,)."""
     return (walkers.time_left <= 0.0) | (walkers.blocked > patience)

@@ -18,6 +18,7 @@ from socnav_env.geometry import box_distances, boxes_of, wall_distances
 from socnav_env.layout import BoolArray, FloatArray, IntArray, Layout
 from socnav_env.pedestrians import (
     Surroundings,
+    anyone_needs_target,
     first_in_sight,
     habits_of,
     in_need_of_target,
@@ -74,17 +75,17 @@ class World:
         self._boxes = boxes_of(layout.object_poses, layout.object_sizes)
         self._around = self._surroundings()
         self._habits = habits_of(config.people)
-        self._bodies = np.zeros((int(self._walks.sum()) + 1, 6))  # x, y, heading, vx, vy, turn rate; robot last
+        self._physics = _Physics(int(self._walks.sum()) + 1, config)
+        self._bodies, self._velocities = self._physics.bodies, self._physics.velocities
         self._bodies[:-1, :3] = layout.people_poses[self._walks]
         self._bodies[-1, :3] = layout.robot_pose
-        self._velocities = np.zeros((len(self._bodies), 3))
         self._before = self._bodies[:, :3].copy()
         self._command = np.zeros(2)
         self._touched: set[int] = set()
         self._walkers = walkers_of(
             layout.people_poses[self._walks], layout.people_group[self._walks], config.people, rng
         )
-        self._physics = _Physics(self._bodies, self._velocities, self._walkers.group, self._around, config)
+        self._physics.fill(self._walkers.group, self._around)
         self._physics.report_touches(self._touched)
         self._walker_rows = np.flatnonzero(self._walks)
         self._read()
@@ -98,8 +99,9 @@ class World:
         self._command = np.array(command, dtype=np.float64)
         self._before[:] = self._bodies[:, :3]
         self._touched.clear()
-        self._pick_targets(in_need_of_target(self._walkers, self.config.people.patience))
         people, step = self.config.people, self.config.physics_step
+        if anyone_needs_target(self._walkers.time_left, self._walkers.blocked, people.patience):
+            self._pick_targets(in_need_of_target(self._walkers, people.patience))
         notice = 1.0 if self._periods < 0 else people.robot_visibility
         stop_distance = notice * people.stop_distance
         for _ in range(self.config.substeps):
@@ -214,8 +216,6 @@ class World:
 
     def _pick_targets(self, needed: BoolArray) -> None:
         """Give new targets to the groups of those who need one; whoever finds none waits and looks again."""
-        if not needed.any():
-            return
         walkers, people = self._walkers, self.config.people
         for group in np.unique(walkers.group[needed]):
             members = walkers.group == group
@@ -241,37 +241,37 @@ class World:
 
 
 class _Physics:
-    """The pymunk space: bodies for the robot and those who walk, fixed shapes for all else."""
+    """The pymunk space: bodies for the robot and those who walk, fixed shapes for all else.
 
-    def __init__(
-        self,
-        bodies: FloatArray,
-        velocities: FloatArray,
-        groups: IntArray,
-        around: Surroundings,
-        config: EnvConfig,
-    ):
+    bodies: (num_bodies, 6) x, y, heading, vx, vy, turn rate, the robot's last; read from pymunk after each step
+    velocities: (num_bodies, 3) vx, vy, turn rate, written to pymunk before each step
+    """
+
+    def __init__(self, num_bodies: int, config: EnvConfig):
+        self._config = config
         self._space = pymunk.Space()
         self._space.collision_slop = SLOP
         self._space.collision_bias = OVERLAP_KEPT ** (1 / config.physics_step)
-        for row, group in zip(bodies[:-1], groups, strict=True):
-            # People of one group walk shoulder to shoulder: they do not collide with each other.
-            self._add_body(row, config.people.radius, PERSON, pymunk.ShapeFilter(group=int(group) + 1))
-        self._add_body(bodies[-1], config.robot.radius, ROBOT, pymunk.ShapeFilter())
-        self._add_fixed(around)
-        self._bodies, self._velocities = bodies, velocities
-        self._all_velocities = np.zeros((len(velocities) + 1, 3))  # pymunk's last body is the one that is fixed
+        all_velocities = np.zeros((num_bodies + 1, 3))  # pymunk's last body is the one that is fixed
+        self.bodies, self.velocities = np.zeros((num_bodies, 6)), all_velocities[:-1]
         self._read, self._write = pymunk.batch.Buffer(), pymunk.batch.Buffer()
-        self._write.set_float_buf(self._all_velocities)  # shares the array's memory
+        self._write.set_float_buf(all_velocities)  # shares the array's memory
+
+    def fill(self, groups: IntArray, around: Surroundings) -> None:
+        """Put the bodies in their places, and everything around them. groups: (num_walkers,)."""
+        for row, group in zip(self.bodies[:-1], groups, strict=True):
+            # People of one group walk shoulder to shoulder: they do not collide with each other.
+            self._add_body(row, self._config.people.radius, PERSON, pymunk.ShapeFilter(group=int(group) + 1))
+        self._add_body(self.bodies[-1], self._config.robot.radius, ROBOT, pymunk.ShapeFilter())
+        self._add_fixed(around)
 
     def step(self, duration: float) -> None:
         """Set all velocities, simulate, and read back poses and velocities."""
-        self._all_velocities[:-1] = self._velocities
         pymunk.batch.set_space_bodies(self._space, WRITE, self._write)
         self._space.step(duration)
         self._read.clear()
         pymunk.batch.get_space_bodies(self._space, READ, self._read)
-        self._bodies[:] = np.frombuffer(self._read.float_buf()).reshape(-1, 6)[:-1]
+        self.bodies[:] = np.frombuffer(self._read.float_buf(), count=self.bodies.size).reshape(self.bodies.shape)
 
     def report_touches(self, touched: set[int]) -> None:
         """Have the collision type of what the robot touches added to `touched` at each step."""
