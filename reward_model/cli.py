@@ -14,8 +14,11 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal, Protocol
 
 import tyro
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import Progress, track
 from rich.table import Table
+
+from reward_model.learning_commands import Agreement, Evaluate, Train
 
 if TYPE_CHECKING:
     from reward_model.graph import FrameGraph
@@ -159,7 +162,7 @@ class Behaviours:
         else:
             table = Table(*HEADER, title=f"weights: {scorer.name}", show_lines=True)
             for finding in findings:
-                table.add_row(*finding.cells())
+                table.add_row(*map(escape, finding.cells()))
             Console().print(table)
 
 
