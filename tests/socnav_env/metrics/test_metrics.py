@@ -3,6 +3,7 @@
 import numpy as np
 
 from socnav_env.metrics import METRICS, episode_metrics
+from tests.conftest import PROJECT
 from tests.socnav_env.episodes import make_trajectory
 
 ROBOT = [[0.0, 0.0], [0.3, 0.0], [0.7, 0.0], [0.7, 0.0], [0.6, 0.0]]
@@ -40,3 +41,8 @@ def test_turning_the_room_changes_nothing() -> None:
     expected = episode_metrics(one)
     for name, value in episode_metrics(other).items():
         np.testing.assert_allclose(value, expected[name], atol=1e-9, err_msg=name)
+
+
+def test_every_measure_is_documented() -> None:
+    table = (PROJECT / "docs" / "metrics.md").read_text(encoding="utf-8")
+    assert [name for name in METRICS if f"`{name}`" not in table] == []
