@@ -123,8 +123,8 @@ def walking(scorer: WindowScorer) -> list[Finding]:
         Finding(
             "b3",
             "ahead > 0",
-            f"how far [m] the centre of the area with {where} is ahead of that person; person and robot move "
-            "towards each other's side of the room",
+            f"how far [m] the centre of the area with {where} is ahead of that person; robot drives as if "
+            "to meet them head-on",
             front,
             front["ahead"] > 0,
         ),

@@ -22,7 +22,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Final, NamedTuple, Protocol
 
-import joblib
 import numpy as np
 from numpy.typing import NDArray
 
@@ -31,7 +30,7 @@ from reward_model.poses import aligned, driven, placed_at, rotated, seen_from
 from reward_model.scenario import FloatArray, IntArray, Objects, People, ScenarioError, Sequence, Snapshot
 
 DEFAULT_RESOLUTION: Final = 81
-_CHUNK: Final = 128  # positions scored at a time
+_CHUNK: Final = 256  # positions scored at a time
 _GAP: Final = 0.1  # m, between the ends of two walls that meet
 
 
@@ -128,16 +127,11 @@ def score_positions(
     """
     segments = wall_segments(sequence.last.walls)
     frames = _window(sequence, action)
-    chunks = [positions[start : start + _CHUNK] for start in range(0, len(positions), _CHUNK)]
-
-    def score(chunk: FloatArray) -> Float32Array:
-        return scorer.score_windows(_placed_windows(frames, segments, chunk))
-
-    parallel = joblib.Parallel(n_jobs=-1, prefer="threads", return_as="generator")  # compiled code runs beside Python
     parts = [np.zeros((0, 2), dtype=np.float32)]
-    for part in parallel(joblib.delayed(score)(chunk) for chunk in chunks):
-        parts.append(part)
-        report(len(part))
+    for start in range(0, len(positions), _CHUNK):
+        windows = _placed_windows(frames, segments, positions[start : start + _CHUNK])
+        parts.append(scorer.score_windows(windows))
+        report(len(windows))
     return np.concatenate(parts)
 
 
