@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from collections.abc import Sequence as Items
 from dataclasses import dataclass
 from hashlib import sha256
-from typing import Final, Literal
+from typing import Final, Literal, overload
 
 import numpy as np
 
@@ -52,7 +52,7 @@ class Examples:
         """Some of the examples."""
         rows = list(indices)
         return Examples(
-            [self.windows[row] for row in rows],
+            _Chosen(self.windows, rows),
             self.scores[rows],
             tuple(self.scenes[row] for row in rows),
             tuple(self.clips[row] for row in rows),
@@ -75,6 +75,25 @@ class Examples:
         counts = Counter(self.clips)
         weights = np.array([1 / counts[clip] for clip in self.clips], dtype=np.float32)
         return LabelledWindows(self.windows, self.scores, weights)
+
+
+class _Chosen(Items[Items[FrameGraph]]):
+    """Some of the windows, looked up when they are asked for: all of them may be more than memory holds."""
+
+    def __init__(self, windows: Items[Items[FrameGraph]], rows: list[int]) -> None:
+        self._windows, self._rows = windows, rows
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    @overload
+    def __getitem__(self, index: int) -> Items[FrameGraph]: ...
+    @overload
+    def __getitem__(self, index: slice) -> Items[Items[FrameGraph]]: ...
+    def __getitem__(self, index: int | slice) -> Items[FrameGraph] | Items[Items[FrameGraph]]:
+        if isinstance(index, slice):
+            return [self._windows[row] for row in self._rows[index]]
+        return self._windows[self._rows[index]]
 
 
 def examples_of(labelled: Iterable[LabelledSequence], augmentation: Augmentation = "none") -> Examples:

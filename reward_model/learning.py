@@ -15,6 +15,7 @@ import numpy as np
 from rich.console import Console
 from rich.progress import Progress, TaskID
 
+from reward_model.cache import cached_examples
 from reward_model.checkpoint import Checkpoint, NetworkConfig, save_checkpoint
 from reward_model.data_files import DataFiles, find_files, read_files
 from reward_model.dataset import Augmentation
@@ -50,12 +51,14 @@ class DataConfig:
     augmentation: of the training part
     held_out: where the data is not split, the share of scenes for development, and for the test
     split_seed: which scenes these are
+    cache: where graphs are kept for the next time, nowhere where None
     """
 
     path: Path
     augmentation: Augmentation = "mirror"
     held_out: float = 0.1
     split_seed: int = 0
+    cache: Path | None = None
 
 
 def load_parts(data: DataConfig, progress: Progress) -> dict[Part, Examples]:
@@ -65,12 +68,12 @@ def load_parts(data: DataConfig, progress: Progress) -> dict[Part, Examples]:
     """
     files = find_files(data.path)
     if "all" in files:
-        return split_by_scene(_read(files, "all", data.augmentation, progress), data.held_out, data.split_seed)
+        return split_by_scene(_read(data, files, "all", data.augmentation, progress), data.held_out, data.split_seed)
     for part in ("train", "development"):
         if part not in files:
             raise DatasetError(f"{data.path}: a data set that is split must have a {part} part, got {sorted(files)}")
     parts: dict[Part, Examples] = {
-        part: _read(files, part, data.augmentation if part == "train" else "none", progress)
+        part: _read(data, files, part, data.augmentation if part == "train" else "none", progress)
         for part in PARTS
         if part in files
     }
@@ -82,13 +85,13 @@ def load_part(data: DataConfig, part: Part | Literal["all"], progress: Progress)
     """Read one part of a data set, or all of it, without augmented copies. Raises as `load_parts`."""
     files = find_files(data.path)
     if part in files:
-        return _read(files, part, "none", progress)
+        return _read(data, files, part, "none", progress)
     if "all" in files and part != "all":
-        return part_of_scenes(_read(files, "all", "none", progress), part, data.held_out, data.split_seed)
+        return part_of_scenes(_read(data, files, "all", "none", progress), part, data.held_out, data.split_seed)
     if part != "all":
         raise DatasetError(f"{data.path}: has no {part} part, got {sorted(files)}")
     everything = tuple(path for paths in files.values() for path in paths)
-    return _read({"all": everything}, "all", "none", progress)
+    return _read(data, {"all": everything}, "all", "none", progress)
 
 
 def train(
@@ -198,9 +201,21 @@ class _Log:
         self._progress.update(self._bar, advance=1, description=line)
 
 
-def _read(files: DataFiles, part: Part | Literal["all"], augmentation: Augmentation, progress: Progress) -> Examples:
+def _read(
+    data: DataConfig,
+    files: DataFiles,
+    part: Part | Literal["all"],
+    augmentation: Augmentation,
+    progress: Progress,
+) -> Examples:
     bar = progress.add_task(f"read {part}", total=len(files[part]))
-    return examples_of(read_files(files[part], lambda: progress.advance(bar)), augmentation)
+
+    def make() -> Examples:
+        return examples_of(read_files(files[part], lambda: progress.advance(bar)), augmentation)
+
+    found = make() if data.cache is None else cached_examples(files[part], augmentation, data.cache, make)
+    progress.update(bar, completed=len(files[part]))
+    return found
 
 
 def _answers(scorer: SocialScorer, examples: Examples, progress: Progress) -> Float32Array:

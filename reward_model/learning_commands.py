@@ -6,13 +6,15 @@ import json
 import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 import tyro
 
 if TYPE_CHECKING:
     from reward_model.checkpoint import NetworkConfig
     from reward_model.scenario import FloatArray
+
+GRAPHS: Final = "graphs"  # the folder of the user's cache that keeps them
 
 
 @dataclass(frozen=True)
@@ -56,6 +58,8 @@ class Train:
     """Share of scenes for development, and for the test, where the data is not split."""
     split_seed: int = 0
     """Which scenes these are."""
+    cache: bool = True
+    """Keep the graphs made of the data in the user's cache folder, or SOCNAV_CACHE, for the next time."""
     device: str = "auto"
     """cpu, cuda, or auto: cuda where PyTorch and the network can use it."""
     resume: bool = False
@@ -65,6 +69,7 @@ class Train:
         """Train and print what the checkpoint says about itself, as JSON."""
         from reward_model.learning import DataConfig, train
         from reward_model.networks import best_device
+        from reward_model.scorer import cache_folder
         from reward_model.training import TrainingConfig
 
         network = self._network()
@@ -72,7 +77,8 @@ class Train:
         config = TrainingConfig(
             self.max_epochs, self.patience, self.batch_size, self.learning_rate, self.weight_decay, self.seed, device
         )
-        data = DataConfig(self.data, self.augment, self.held_out, self.split_seed)
+        cache = cache_folder() / GRAPHS if self.cache else None
+        data = DataConfig(self.data, self.augment, self.held_out, self.split_seed, cache)
         about = train(data, network, config, self.output, self.resume, self.weigh == "clips")
         print(json.dumps(about, indent=2), flush=True)
 
@@ -104,15 +110,18 @@ class Evaluate:
     """As for train."""
     split_seed: int = 0
     """As for train."""
+    cache: bool = True
+    """As for train."""
     output: Path | None = None
     """A folder for the JSON and a histogram of absolute errors a question."""
 
     def run(self) -> None:
         """Evaluate and print the report."""
         from reward_model.learning import DataConfig, evaluate
-        from reward_model.scorer import load_scorer
+        from reward_model.scorer import cache_folder, load_scorer
 
-        data = DataConfig(self.data, "none", self.held_out, self.split_seed)
+        cache = cache_folder() / GRAPHS if self.cache else None
+        data = DataConfig(self.data, "none", self.held_out, self.split_seed, cache)
         document = evaluate(load_scorer(self.weights), data, self.part, self.output)
         print(json.dumps(document, indent=2), flush=True)
 

@@ -1,0 +1,152 @@
+import json
+
+import pytest
+
+from reward_model.cli import main
+from reward_model.scorer import load_scorer
+from tests.reward_model.test_data_files import recording
+from tests.reward_model.test_socnav1 import RATING
+
+
+@pytest.fixture(autouse=True)
+def own_cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("SOCNAV_CACHE", str(tmp_path / "cache"))
+
+
+@pytest.fixture
+def recordings(tmp_path):
+    """Six labelled recordings in three parts."""
+    folder = tmp_path / "recordings"
+    folder.mkdir()
+    for number, name in enumerate("abcdef"):
+        recording(folder / f"{name}.json", label_Q1=10 * number, label_Q2=90 - 10 * number)
+    for name, members in (("train", "abcd"), ("dev", "e"), ("test", "f")):
+        (folder / f"{name}_set.txt").write_text("\n".join(f"{member}.json" for member in members))
+    return folder
+
+
+def run(capsys, *arguments):
+    status = main([*map(str, arguments)])
+    output = capsys.readouterr()
+    return status, output.out, output.err
+
+
+@pytest.mark.parametrize("network", ["mpnn", "rgcn", "gat"])
+def test_train_then_evaluate(recordings, tmp_path, capsys, network):
+    if network != "mpnn":
+        pytest.importorskip("dgl")
+    output = tmp_path / "trained"
+    arguments = (
+        "--data",
+        recordings,
+        "--network",
+        network,
+        "--output",
+        output,
+        "--hidden-sizes",
+        6,
+        "--augment",
+        "all",
+    )
+    status, out, _ = run(capsys, "train", *arguments, "--max-epochs", 2, "--device", "cpu")
+    about = json.loads(out)
+    assert status == 0
+    assert about["examples"] == {"train": 16, "development": 1, "test": 1}
+    assert about["questions"] == ["q1", "q2"]
+    assert set(about["test_error"]) == {"q1", "q2"}
+    assert (output / "curve.csv").read_text().splitlines()[0] == "epoch,train_error,development_error"
+    assert len(list((output / "tensorboard").iterdir())) == 1
+    assert load_scorer(output).name == str(output)
+    status, out, _ = run(
+        capsys, "evaluate", "--data", recordings, "--weights", output, "--part", "test", "--output", tmp_path / "report"
+    )
+    found = json.loads(out)
+    assert (status, found["examples"], found["q1"]["count"]) == (0, 1, 1)
+    assert found["q1"]["mse"] == pytest.approx(about["test_error"]["q1"], abs=1e-5)
+    assert sorted(path.name for path in (tmp_path / "report").iterdir()) == [
+        "absolute_errors_q1.png",
+        "absolute_errors_q2.png",
+        "evaluation.json",
+    ]
+    assert json.loads((tmp_path / "report" / "evaluation.json").read_text()) == found
+
+
+def test_a_training_is_not_overwritten(recordings, tmp_path, capsys):
+    arguments = ("train", "--data", recordings, "--output", tmp_path / "trained", "--hidden-sizes", 2)
+    assert run(capsys, *arguments, "--max-epochs", 1)[0] == 0
+    status, _, err = run(capsys, *arguments, "--max-epochs", 1)
+    assert (status, err.splitlines()[-1]) == (
+        2,
+        f"reward_model: {tmp_path / 'trained'}: holds a training already; resume it or choose another output",
+    )
+    status, _, err = run(capsys, *arguments, "--max-epochs", 2, "--resume")
+    assert (status, err.splitlines()[-1].endswith("as it was begun, max_epochs was 1, got 2")) == (2, True)
+
+
+def test_a_scene_in_two_parts_is_refused(recordings, tmp_path, capsys):
+    (recordings / "dev_set.txt").write_text("e.json\na.json")
+    status, _, err = run(capsys, "train", "--data", recordings, "--output", tmp_path / "trained")
+    assert (status, err.splitlines()[-1]) == (
+        2,
+        "reward_model: scene 'a' must be in one part only, it is in train and development",
+    )
+    assert not (tmp_path / "trained").exists()
+
+
+def test_parts_that_are_not_there(recordings, tmp_path, capsys):
+    (recordings / "dev_set.txt").unlink()
+    status, _, err = run(capsys, "train", "--data", recordings, "--output", tmp_path / "trained")
+    assert (status, err.count("must have a development part, got ['test', 'train']")) == (2, 1)
+    status, _, err = run(capsys, "evaluate", "--data", recordings, "--part", "development")
+    assert (status, err.count("has no development part, got ['test', 'train']")) == (2, 1)
+
+
+def test_a_device_that_is_not_there(recordings, tmp_path, capsys):
+    status, _, err = run(capsys, "train", "--data", recordings, "--output", tmp_path / "trained", "--device", "quantum")
+    assert (status, err.startswith("reward_model: device must be one that PyTorch can use here, got 'quantum'")) == (
+        2,
+        True,
+    )
+
+
+def test_questions_that_nobody_was_asked_are_told(tmp_path, capsys):
+    lines = [json.dumps({**RATING, "identifier": f"{number:05} A"}) for number in range(12)]
+    (tmp_path / "ratings.jsonl").write_text("\n".join(lines))
+    arguments = ("--data", tmp_path / "ratings.jsonl", "--held-out", 0.3)
+    status, out, err = run(
+        capsys, "train", *arguments, "--output", tmp_path / "trained", "--hidden-sizes", 2, "--max-epochs", 1
+    )
+    about = json.loads(out)
+    assert (status, about["questions"]) == (0, ["q1"])
+    assert sum(about["examples"].values()) == 12 + about["examples"]["train"] // 2
+    assert "nobody was asked for Q2" in err
+    status, out, _ = run(capsys, "evaluate", *arguments, "--weights", tmp_path / "trained", "--part", "test")
+    assert (status, json.loads(out)["examples"]) == (0, about["examples"]["test"])
+    assert "q2" not in json.loads(out)
+
+
+def test_agreement_prints_matrices_and_the_ceiling(tmp_path, capsys):
+    (tmp_path / "ratings.csv").write_text("clip,rater,q1\n1,a,0\n1,b,0\n2,a,100\n2,b,50\n")
+    status, out, _ = run(capsys, "agreement", tmp_path / "ratings.csv")
+    assert status == 0
+    assert json.loads(out) == {
+        "q1": {
+            "raters": ["a", "b"],
+            "kappa": [[None, 0.5], [0.5, None]],
+            "counts": [[0, 2], [2, 0]],
+            "ceiling": {"pairs": 0.125, "one_against_others": 0.125, "one_against_all": 0.03125, "clips": 2},
+        }
+    }
+
+
+def test_agreement_of_nothing(capsys):
+    assert run(capsys, "agreement") == (2, "", "reward_model: agreement needs at least one file\n")
+
+
+def test_graphs_are_kept_for_the_next_time(recordings, tmp_path, capsys):
+    first = run(capsys, "evaluate", "--data", recordings)
+    (entry,) = (tmp_path / "cache" / "graphs").iterdir()
+    (entry / "features.npy").unlink()
+    status, _, err = run(capsys, "evaluate", "--data", recordings)
+    assert (status, f"{entry}: this entry of the cache is damaged" in err) == (2, True)
+    assert run(capsys, "evaluate", "--data", recordings, "--no-cache") == first
