@@ -135,7 +135,7 @@ def test_a_robot_in_an_empty_room_arrives() -> None:
     config = EnvConfig(population=NOBODY)
     steps = play(make(reward="sparse", config=config), seed=1)
     _, value, terminated, truncated, info = steps[-1]
-    assert (value, terminated, truncated) == (10.0, True, False)
+    assert (value, terminated, truncated) == (50.0, True, False)
     assert (info["outcome"], info["is_success"]) == ("arrived", True)
     assert info["episode_metrics"]["time_to_goal"] == pytest.approx(len(steps) * 0.2)
     assert all(step[1] == 0.0 and step[4]["outcome"] is None for step in steps[:-1])
@@ -145,7 +145,7 @@ def test_driving_on_ends_at_a_wall() -> None:
     config = EnvConfig(population=NOBODY, robot=RobotConfig(arrival_radius=0.01))
     steps = play(make(reward="sparse", config=config), seed=1, policy=lambda env, observation: FORWARD)
     _, value, terminated, truncated, info = steps[-1]
-    assert (value, terminated, truncated, info["outcome"]) == (-10.0, True, False, "collision_wall")
+    assert (value, terminated, truncated, info["outcome"]) == (-50.0, True, False, "collision_wall")
     assert not info["is_success"]
 
 
