@@ -34,17 +34,22 @@ class SocNavMaker:
     def __call__(self, render_mode: str | None = None) -> gym.Env[Any, Any]:
         """Return a new environment."""
         import socnav_env  # noqa: F401 registers SocNav2-v0
+
+        # The checker would check every step; the environment's own tests do.
+        return gym.make("SocNav2-v0", disable_env_checker=True, render_mode=render_mode, **self._arguments())
+
+    def side_by_side(self, num_envs: int, action_repeat: int) -> VecEnv:
+        """Return many in this process, whose rewards take one call of the network a step."""
+        from agents.vector import SB3VectorEnv
+        from socnav_env.vector_env import SocNavVectorEnv
+
+        return SB3VectorEnv(SocNavVectorEnv(num_envs, **self._arguments()), action_repeat, MONITORED)
+
+    def _arguments(self) -> dict[str, Any]:
         from socnav_env.config import EnvConfig
 
-        return gym.make(
-            "SocNav2-v0",
-            disable_env_checker=True,  # it would check every step; the environment's own tests do
-            reward=self.reward,
-            observation="entities",
-            weights=self.weights,
-            config=EnvConfig.from_dict(self.config),
-            render_mode=render_mode,
-        )
+        config = EnvConfig.from_dict(self.config)
+        return {"reward": self.reward, "observation": "entities", "weights": self.weights, "config": config}
 
 
 class RepeatedAction(gym.Wrapper[Any, Any, Any, Any]):
@@ -85,6 +90,20 @@ class TrainingMaker:
         return RepeatedAction(Monitor(self.make(), info_keywords=MONITORED), self.action_repeat)
 
 
+@dataclass(frozen=True)
+class PartMaker:
+    """Makes the training environments of one process."""
+
+    make: EnvironmentMaker
+    action_repeat: int
+
+    def __call__(self, num_envs: int) -> VecEnv:
+        """Return `num_envs` of them."""
+        if isinstance(self.make, SocNavMaker):
+            return self.make.side_by_side(num_envs, self.action_repeat)
+        return DummyVecEnv([TrainingMaker(self.make, self.action_repeat)] * num_envs)
+
+
 def make_training_envs(make: EnvironmentMaker, num_envs: int, num_workers: int, action_repeat: int = 1) -> VecEnv:
     """Return environments that run side by side.
 
@@ -95,7 +114,7 @@ def make_training_envs(make: EnvironmentMaker, num_envs: int, num_workers: int, 
         action_repeat: control steps each action lasts.
 
     """
-    makers: list[Callable[[], gym.Env[Any, Any]]] = [TrainingMaker(make, action_repeat)] * num_envs
+    part = PartMaker(make, action_repeat)
     if num_workers == 0:
-        return DummyVecEnv(makers)
-    return WorkerVecEnv(makers, min(num_workers, num_envs))
+        return part(num_envs)
+    return WorkerVecEnv(part, num_envs, min(num_workers, num_envs))

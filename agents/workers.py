@@ -15,10 +15,11 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
-from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv
+from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
-Makers = Sequence[Callable[[], gym.Env[Any, Any]]]
+VecEnvMaker = Callable[[int], VecEnv]
+"""Returns a vector environment of as many environments as it is told. Can be pickled to another process."""
 
 
 class WorkerVecEnv(VecEnv):
@@ -27,27 +28,28 @@ class WorkerVecEnv(VecEnv):
     The observation is a Dict of Boxes. An error in a worker is raised here, with the worker's traceback.
 
     Args:
-        makers: one picklable function for each environment.
+        make: makes the part of one process.
+        num_envs: how many environments.
         num_workers: how many processes share them, as evenly as can be.
 
     """
 
-    def __init__(self, makers: Makers, num_workers: int) -> None:
-        shares = np.array_split(np.arange(len(makers)), num_workers)
+    def __init__(self, make: VecEnvMaker, num_envs: int, num_workers: int) -> None:
+        shares = np.array_split(np.arange(num_envs), num_workers)
         self._slices = [slice(int(share[0]), int(share[-1]) + 1) for share in shares]
         context = multiprocessing.get_context("forkserver")
         self._connections: list[Connection] = []
         self._processes = []
         for part in self._slices:
             ours, theirs = context.Pipe()
-            process = context.Process(target=_serve, args=(theirs, list(makers[part])), daemon=True)
+            process = context.Process(target=_serve, args=(theirs, make, part.stop - part.start), daemon=True)
             process.start()
             theirs.close()
             self._connections.append(ours)
             self._processes.append(process)
         self._closed = False
         observation_space, action_space = self._ask(0, "spaces")
-        super().__init__(len(makers), observation_space, action_space)
+        super().__init__(num_envs, observation_space, action_space)
 
     def reset(self) -> VecEnvObs:
         """Reset all environments and return their first observations."""
@@ -135,14 +137,14 @@ class WorkerVecEnv(VecEnv):
         return answer
 
 
-def _serve(connection: Connection, makers: list[Callable[[], gym.Env[Any, Any]]]) -> None:
+def _serve(connection: Connection, make: VecEnvMaker, num_envs: int) -> None:
     """Answer commands about this worker's environments until told to close."""
     import torch
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides when to stop
     torch.set_num_threads(1)
     torch.set_flush_denormal(True)
-    envs: DummyVecEnv | None = None
+    envs: VecEnv | None = None
     while True:
         try:
             command, data = connection.recv()
@@ -152,7 +154,7 @@ def _serve(connection: Connection, makers: list[Callable[[], gym.Env[Any, Any]]]
             break
         try:
             if envs is None:
-                envs = DummyVecEnv(makers)
+                envs = make(num_envs)
             answer = True, _answer(envs, command, data)
         except Exception:
             answer = False, traceback.format_exc()
@@ -161,7 +163,7 @@ def _serve(connection: Connection, makers: list[Callable[[], gym.Env[Any, Any]]]
         envs.close()
 
 
-def _answer(envs: DummyVecEnv, command: str, data: Any) -> Any:
+def _answer(envs: VecEnv, command: str, data: Any) -> Any:
     if command == "step":
         observations, rewards, dones, infos = envs.step(data)
         return observations, rewards, dones, infos, envs.reset_infos
