@@ -15,17 +15,20 @@ if TYPE_CHECKING:
     TrainableNetwork: TypeAlias = EdgelessMPNN | GraphNetwork
 
 
-def network_on_dgl(config: NetworkConfig) -> GraphNetwork:
-    """The network as it is defined, edge by edge.
+def network_on_dgl(config: NetworkConfig, device: str = "cpu") -> GraphNetwork:
+    """The network as it is defined, edge by edge; it still has to be moved to the device.
 
-    Raises `CheckpointError` where DGL cannot be imported.
+    Raises `CheckpointError` where DGL cannot be imported, or cannot use the device: it comes without CUDA, too.
     """
     try:
+        from reward_model.models.batching import runs_on
         from reward_model.models.gat import GAT
         from reward_model.models.mpnn import MPNN
         from reward_model.models.rgcn import RGCN
     except ImportError as error:
         raise CheckpointError(f"the dgl form needs DGL, which cannot be imported here ({error})") from None
+    if device != "cpu" and not runs_on(device):
+        raise CheckpointError(f"a network on DGL must run on the cpu here, this DGL cannot use device {device!r}")
     if config.kind == "rgcn":
         return RGCN(config.sizes, config.num_bases, config.dropout)
     if config.kind == "gat":
@@ -41,7 +44,7 @@ def trainable_network(config: NetworkConfig, seed: int) -> TrainableNetwork:
     """
     with torch.random.fork_rng():
         torch.manual_seed(seed)
-        if config.kind == "mpnn" and config.edge_network == "tabulated":
+        if _without_dgl(config):
             return EdgelessMPNN(config.sizes, config.edge_network)
         return network_on_dgl(config)
 
@@ -49,16 +52,11 @@ def trainable_network(config: NetworkConfig, seed: int) -> TrainableNetwork:
 def usable_device(config: NetworkConfig, device: str) -> None:
     """Check that a network can be trained on a device.
 
-    Raises `ValueError` where PyTorch cannot use it, `CheckpointError` where DGL cannot, which comes without CUDA, too.
+    Raises `ValueError` where PyTorch cannot use it, `CheckpointError` where the network needs DGL and that cannot.
     """
     torch_device(device)
-    if device == "cpu" or (config.kind == "mpnn" and config.edge_network == "tabulated"):
-        return
-    network_on_dgl(config)  # DGL is there
-    from reward_model.models.batching import runs_on
-
-    if not runs_on(device):
-        raise CheckpointError(f"{config.kind} must be trained on the cpu, this DGL cannot use device {device!r}")
+    if not _without_dgl(config):
+        network_on_dgl(config, device)
 
 
 def best_device(config: NetworkConfig) -> str:
@@ -79,3 +77,7 @@ def torch_device(device: str) -> torch.device:
     except (RuntimeError, AssertionError) as error:  # the latter where PyTorch was built without CUDA
         reason = str(error).splitlines()[0]
         raise ValueError(f"device must be one that PyTorch can use here, got {device!r} ({reason})") from None
+
+
+def _without_dgl(config: NetworkConfig) -> bool:
+    return config.kind == "mpnn" and config.edge_network == "tabulated"

@@ -106,7 +106,7 @@ class _Compiled:
 
 class _OnDGL:
     def __init__(self, checkpoint: Checkpoint, device: torch.device) -> None:
-        self._network = network_on_dgl(checkpoint.config)
+        self._network = network_on_dgl(checkpoint.config, str(device))
         _load_state(self._network, checkpoint)
         self._network.eval().to(device)
         self._device = device

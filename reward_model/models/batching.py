@@ -34,6 +34,6 @@ def runs_on(device: str) -> bool:
     """Whether this build of DGL can use a device."""
     try:
         dgl.graph(([0], [0])).to(device)
-    except (dgl.DGLError, RuntimeError, AssertionError):  # PyTorch without CUDA raises the latter two
+    except (dgl.DGLError, KeyError, RuntimeError, AssertionError):  # a build without CUDA, DGL's or PyTorch's
         return False
     return True

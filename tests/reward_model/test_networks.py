@@ -9,7 +9,7 @@ import torch
 from reward_model.checkpoint import Checkpoint, CheckpointError, NetworkConfig, load_checkpoint, save_checkpoint
 from reward_model.compiled import EdgelessMPNN
 from reward_model.graph import Relation, SceneGraph, scene_graph
-from reward_model.networks import network_on_dgl, trainable_network
+from reward_model.networks import network_on_dgl, trainable_network, usable_device
 from reward_model.scorer import SocialScorer, load_scorer
 from tests.reward_model.random_scenes import random_windows
 
@@ -132,6 +132,18 @@ def test_a_seed_says_with_which_weights_training_starts(config):
 
 def test_tabulated_networks_are_trained_without_edges():
     assert isinstance(trainable_network(NetworkConfig("mpnn", (42, 2), "tabulated"), 0), EdgelessMPNN)
+
+
+@pytest.mark.parametrize("kind", ["rgcn", "gat"])
+def test_a_device_that_dgl_cannot_use_is_refused(kind):
+    """PyTorch knows the device `meta`, DGL does not; so it is with CUDA and DGL's plain wheels."""
+    config = CONFIGS[kind]
+    with pytest.raises(CheckpointError, match=r"^a network on DGL must run on the cpu here, .* device 'meta'$"):
+        usable_device(config, "meta")
+    with pytest.raises(CheckpointError, match=r"^a network on DGL must run on the cpu here, .* device 'meta'$"):
+        SocialScorer(Checkpoint(config, new_network(config).state_dict()), "random", device="meta")
+    usable_device(config, "cpu")
+    usable_device(NetworkConfig("mpnn", (42, 2), "tabulated"), "meta")
 
 
 def test_relations_share_what_a_node_hears():
