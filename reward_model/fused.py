@@ -13,16 +13,15 @@ from collections.abc import Sequence as Items
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from itertools import pairwise
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 import torch
 
+from reward_model.flat_layers import INTO_ROOM, NUM_ROOM_KINDS, OUT_OF_ROOM, ROOM_KINDS, Layer, flat_layers, layer_at
 from reward_model.flat_window import Frames, Links, Nodes, join_frames, padded_frames
 from reward_model.graph import (
-    FROM_ROOM,
     NUM_FRAMES,
-    TO_ROOM,
     Float32Array,
     FrameGraph,
     NodeKind,
@@ -32,19 +31,14 @@ from reward_model.jit import njit
 from reward_model.models.edge_networks import MEASURED, PLAIN, LayerOperators
 from reward_model.scenario import IntArray
 
-_ROOM_KINDS: Final = (NodeKind.PERSON, NodeKind.OBJECT, NodeKind.WALL, NodeKind.GOAL)
-_INTO_ROOM: Final = tuple(MEASURED.index(Relation(TO_ROOM[kind])) for kind in _ROOM_KINDS)
-_OUT_OF_ROOM: Final = tuple(MEASURED.index(Relation(FROM_ROOM[kind])) for kind in _ROOM_KINDS)
-_NUM_ROOM_KINDS: Final = len(_ROOM_KINDS)
-# by NodeKind: the place in the tuples above, -1 for the room
-_ROOM_COLUMN: Final = tuple(_ROOM_KINDS.index(kind) if kind in _ROOM_KINDS else -1 for kind in NodeKind)
+# by NodeKind: the place in ROOM_KINDS, -1 for the room
+_ROOM_COLUMN: Final = tuple(ROOM_KINDS.index(kind) if kind in ROOM_KINDS else -1 for kind in NodeKind)
 _SELF: Final = PLAIN.index(Relation.SELF)
 _TO_OLDER: Final = (PLAIN.index(Relation.NOW_TO_SECOND), PLAIN.index(Relation.SECOND_TO_THIRD))
 _TO_NEWER: Final = (PLAIN.index(Relation.SECOND_TO_NOW), PLAIN.index(Relation.THIRD_TO_SECOND))
 # by Relation: its place among the measured ones, -1 for the others
 _MEASURED_PLACE: Final = tuple(MEASURED.index(r) if r in MEASURED else -1 for r in Relation)
 _WALL_PERSON: Final = int(Relation.WALL_PERSON)
-
 
 _LEAST_SHARE: Final = 4  # windows that are worth a thread of their own
 _LOWEST: Final = np.float32(-16.0)  # below it exp is nothing beside 1
@@ -54,24 +48,6 @@ _TAYLOR: Final = tuple(np.float32(1 / math.factorial(power)) for power in range(
 _TWO: Final = np.float32(2.0)
 
 
-class _Layer(NamedTuple):
-    """One layer's arrays, laid out for the products below.
-
-    plain: (5, in, out); into_room: (4 * rank * in, out); out_of_room: (in, 4 * rank * out)
-    aggregate: (13, rank * in, out); project: (13, in, rank * out)
-    coefficients: (13, num_lengths, rank); steps: (13,); bias: (out,)
-    """
-
-    plain: Float32Array
-    into_room: Float32Array
-    out_of_room: Float32Array
-    aggregate: Float32Array
-    project: Float32Array
-    coefficients: Float32Array
-    steps: Float32Array
-    bias: Float32Array
-
-
 class FusedMPNN:
     """A network turned into operators, ready to score windows on the CPU.
 
@@ -79,17 +55,7 @@ class FusedMPNN:
     """
 
     def __init__(self, operators: Items[LayerOperators]) -> None:
-        layers = [_layer_arrays(layer) for layer in operators]
-        # One array for all: handing arrays to compiled code takes time, array by array.
-        self._weights = np.concatenate([part.ravel() for layer in layers for part in layer])
-        sizes = [sum(part.size for part in layer) for layer in layers]
-        starts = np.cumsum([0, *sizes[:-1]])
-        self._shapes = np.array(
-            [
-                (start, *layer.plain.shape[1:], *layer.coefficients.shape[1:])
-                for start, layer in zip(starts, layers, strict=True)
-            ]
-        )
+        self._weights, self._shapes = flat_layers(operators)
 
     def __call__(self, windows: Items[Items[FrameGraph]]) -> Float32Array:
         """(num_windows, 2) the scores of windows of up to three frames, newest first."""
@@ -119,20 +85,6 @@ def _threads() -> ThreadPoolExecutor:
 os.register_at_fork(after_in_child=_threads.cache_clear)  # threads do not come along into a forked process
 
 
-def _layer_arrays(layer: LayerOperators) -> _Layer:
-    plain, basis, coefficients, steps, bias = (
-        np.array(tensor.detach().cpu().numpy(), dtype=np.float32, order="C")  # a copy: training on changes nothing
-        for tensor in (layer.plain, layer.basis, layer.coefficients, layer.steps, layer.bias)
-    )
-    num_measured, rank, inputs, outputs = basis.shape
-    by_input = np.ascontiguousarray(basis.transpose(0, 2, 1, 3))  # (13, in, rank, out)
-    into_room = basis[list(_INTO_ROOM)].reshape(-1, outputs)
-    out_of_room = np.ascontiguousarray(by_input[list(_OUT_OF_ROOM)].transpose(1, 0, 2, 3)).reshape(inputs, -1)
-    aggregate = basis.reshape(num_measured, rank * inputs, outputs)
-    project = by_input.reshape(num_measured, inputs, rank * outputs)
-    return _Layer(plain, into_room, out_of_room, aggregate, project, coefficients, steps, bias)
-
-
 @njit
 def _score_window(
     frames: Frames, num_frames: int, weights: Float32Array, shapes: IntArray, scores: Float32Array
@@ -143,35 +95,10 @@ def _score_window(
         # Only what the newest room can still hear in the layers left: all of so many frames, and the next one's room.
         whole = min(num_frames, last - index)
         count = nodes.starts[whole] + (whole < num_frames)
-        hidden = _all_nodes(nodes, links, _layer(weights, shapes[index]), hidden, count)
+        hidden = _all_nodes(nodes, links, layer_at(weights, shapes[index]), hidden, count)
         if index < last:
             _apply_elu(hidden)
     scores[:] = np.maximum(hidden[0], np.float32(0))
-
-
-@njit
-def _layer(weights: Float32Array, shape: IntArray) -> _Layer:
-    """Find a layer's arrays again: where it starts, and how many inputs, outputs, lengths and ranks it has."""
-    start, inputs, outputs, lengths, rank = shape[0], shape[1], shape[2], shape[3], shape[4]
-    num_plain, num_measured = len(PLAIN), len(MEASURED)
-    size = inputs * outputs
-    into = start + num_plain * size
-    out_of = into + _NUM_ROOM_KINDS * rank * size
-    aggregate = out_of + _NUM_ROOM_KINDS * rank * size
-    project = aggregate + num_measured * rank * size
-    coefficients = project + num_measured * rank * size
-    steps = coefficients + num_measured * lengths * rank
-    bias = steps + num_measured
-    return _Layer(
-        weights[start:into].reshape(num_plain, inputs, outputs),
-        weights[into:out_of].reshape(_NUM_ROOM_KINDS * rank * inputs, outputs),
-        weights[out_of:aggregate].reshape(inputs, _NUM_ROOM_KINDS * rank * outputs),
-        weights[aggregate:project].reshape(num_measured, rank * inputs, outputs),
-        weights[project:coefficients].reshape(num_measured, inputs, rank * outputs),
-        weights[coefficients:steps].reshape(num_measured, lengths, rank),
-        weights[steps:bias],
-        weights[bias : bias + outputs],
-    )
 
 
 @njit
@@ -194,7 +121,7 @@ def _apply_elu(hidden: Float32Array) -> None:
 
 
 @njit
-def _all_nodes(nodes: Nodes, links: Links, layer: _Layer, hidden: Float32Array, count: int) -> Float32Array:
+def _all_nodes(nodes: Nodes, links: Links, layer: Layer, hidden: Float32Array, count: int) -> Float32Array:
     """One layer for the first `count` nodes."""
     out: Float32Array = np.dot(hidden[:count], layer.plain[_SELF])
     _add_temporal(nodes, layer, hidden, out)
@@ -208,7 +135,7 @@ def _all_nodes(nodes: Nodes, links: Links, layer: _Layer, hidden: Float32Array, 
 
 
 @njit
-def _add_temporal(nodes: Nodes, layer: _Layer, hidden: Float32Array, out: Float32Array) -> None:
+def _add_temporal(nodes: Nodes, layer: Layer, hidden: Float32Array, out: Float32Array) -> None:
     """Everything to itself in the frames before and after. Of the last frame there may be the room alone."""
     starts, count = nodes.starts, len(out)
     for gap in range(len(starts) - 2):
@@ -228,10 +155,10 @@ def _add_temporal(nodes: Nodes, layer: _Layer, hidden: Float32Array, out: Float3
 
 
 @njit
-def _add_to_room(nodes: Nodes, layer: _Layer, hidden: Float32Array, out: Float32Array) -> None:
+def _add_to_room(nodes: Nodes, layer: Layer, hidden: Float32Array, out: Float32Array) -> None:
     """Everything to the room: summed before one product."""
     rank = layer.coefficients.shape[2]
-    heard = np.empty((_NUM_ROOM_KINDS * rank, hidden.shape[1]), dtype=np.float32)
+    heard = np.empty((NUM_ROOM_KINDS * rank, hidden.shape[1]), dtype=np.float32)
     weights = np.empty(rank, dtype=np.float32)
     for frame in range(len(nodes.starts) - 1):
         room = nodes.starts[frame]
@@ -240,17 +167,17 @@ def _add_to_room(nodes: Nodes, layer: _Layer, hidden: Float32Array, out: Float32
         heard[:] = 0
         for node in range(room + 1, nodes.starts[frame + 1]):
             column = _ROOM_COLUMN[nodes.kinds[node]]
-            _read(layer, _INTO_ROOM[column], nodes.lengths[node], weights)
+            _read(layer, INTO_ROOM[column], nodes.lengths[node], weights)
             _spread(weights, hidden[node], heard[column * rank : (column + 1) * rank])
         _add_product(heard.reshape(-1), layer.into_room, out[room])
 
 
 @njit
-def _add_from_room(nodes: Nodes, layer: _Layer, hidden: Float32Array, out: Float32Array) -> None:
+def _add_from_room(nodes: Nodes, layer: Layer, hidden: Float32Array, out: Float32Array) -> None:
     """The room to everything: one product, then shared out."""
     rank = layer.coefficients.shape[2]
-    said = np.empty(_NUM_ROOM_KINDS * rank * out.shape[1], dtype=np.float32)
-    rows = said.reshape(_NUM_ROOM_KINDS * rank, out.shape[1])
+    said = np.empty(NUM_ROOM_KINDS * rank * out.shape[1], dtype=np.float32)
+    rows = said.reshape(NUM_ROOM_KINDS * rank, out.shape[1])
     weights = np.empty(rank, dtype=np.float32)
     for frame in range(len(nodes.starts) - 1):
         if nodes.starts[frame + 1] > len(out):
@@ -259,12 +186,12 @@ def _add_from_room(nodes: Nodes, layer: _Layer, hidden: Float32Array, out: Float
         _add_product(hidden[nodes.starts[frame]], layer.out_of_room, said)
         for node in range(nodes.starts[frame] + 1, nodes.starts[frame + 1]):
             column = _ROOM_COLUMN[nodes.kinds[node]]
-            _read(layer, _OUT_OF_ROOM[column], nodes.lengths[node], weights)
+            _read(layer, OUT_OF_ROOM[column], nodes.lengths[node], weights)
             _gather(weights, rows[column * rank : (column + 1) * rank], out[node])
 
 
 @njit
-def _add_links(links: Links, layer: _Layer, hidden: Float32Array, out: Float32Array) -> None:
+def _add_links(links: Links, layer: Layer, hidden: Float32Array, out: Float32Array) -> None:
     """Interactions and people near walls. Centres are few: products are made once for each of them."""
     rank, inputs, outputs = layer.coefficients.shape[2], hidden.shape[1], out.shape[1]
     weights = np.empty(rank, dtype=np.float32)
@@ -322,7 +249,7 @@ def _gather(weights: Float32Array, rows: Float32Array, values: Float32Array) -> 
 
 
 @njit
-def _read(layer: _Layer, place: int, length: float, weights: Float32Array) -> None:
+def _read(layer: Layer, place: int, length: float, weights: Float32Array) -> None:
     """The coefficients of a relation at a length, linear between and beyond the sampled lengths."""
     position = length / layer.steps[place]
     table = layer.coefficients[place]

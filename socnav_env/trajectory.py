@@ -110,7 +110,7 @@ class TrajectoryRecorder:
         """Write down the state that a step has led to, and how it was judged."""
         if scores is not None:
             self._scores[self._steps] = scores
-        self._commands[self._steps] = self._world.command[[0, 2]]
+        self._commands[self._steps] = self._world.command[::2]
         self._steps += 1
         self._write_state()
 
