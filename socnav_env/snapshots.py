@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reward_model.graph import FRAME_SPACING, NUM_FRAMES, FrameGraph, frame_graph, select_window, wall_segments
+from reward_model.graph import FRAME_SPACING, NUM_FRAMES, FrameGraph, frame_graph, wall_segments
 from reward_model.jit import njit
 from reward_model.scenario import DEFAULT_INTERVAL, Interactions, Objects, People, Snapshot
 from socnav_env.frames import closed_lines, points_in_frame, pose_rates, poses_in_frame
@@ -41,6 +41,7 @@ class Recorder:
         self._fixed_poses = layout.object_poses
         self._poses: FloatArray | None = None  # of people, then objects, in the last snapshot
         capacity = frames_per_window(control_period)
+        self._ages = range(0, capacity, (capacity - 1) // (NUM_FRAMES - 1))  # in control periods
         self._snapshots: deque[Snapshot] = deque(maxlen=capacity)
         self._frames: deque[FrameGraph] = deque(maxlen=capacity)
         self.record()
@@ -57,8 +58,11 @@ class Recorder:
         return tuple(self._snapshots)
 
     def window(self) -> list[FrameGraph]:
-        """The frames that the last second is judged by: up to three, a second apart, newest first."""
-        return [self._frames[index] for index in select_window([each.timestamp for each in self._snapshots])]
+        """The frames that the last second is judged by: up to three, a second apart, newest first.
+
+        Those that `select_window` names: snapshots come at one rate, so it is always the same places.
+        """
+        return [self._frames[-1 - age] for age in self._ages if age < len(self._frames)]
 
     def _snapshot(self) -> Snapshot:
         robot_pose, num_people = self._world.robot_pose, len(self._people_ids)

@@ -80,7 +80,7 @@ class World:
         self._bodies[:-1, :3] = layout.people_poses[self._walks]
         self._bodies[-1, :3] = layout.robot_pose
         self._before = self._bodies[:, :3].copy()
-        self._command = np.zeros(2)
+        self._command = 0.0, 0.0
         self._touched: set[int] = set()
         self._walkers = walkers_of(
             layout.people_poses[self._walks], layout.people_group[self._walks], config.people, rng
@@ -96,7 +96,7 @@ class World:
         command: (2,) forward speed [m/s] and turn rate [rad/s] of the robot. It stops for the rest of the period
         where it touches something.
         """
-        self._command = np.array(command, dtype=np.float64)
+        self._command = float(command[0]), float(command[1])
         self._before[:] = self._bodies[:, :3]
         self._touched.clear()
         people, step = self.config.people, self.config.physics_step
@@ -190,7 +190,7 @@ class World:
 
     def distance_to_goal(self) -> float:
         """From the robot's centre [m]."""
-        return math.dist(self._bodies[-1, :2], self.layout.goal)
+        return math.dist(self._robot_pose[:2].tolist(), self.layout.goal.tolist())
 
     def arrived(self) -> bool:
         """Whether the robot's centre is within the arrival radius of the goal."""
@@ -205,7 +205,7 @@ class World:
     def _drive(self, step: float) -> None:
         """Write the robot's velocity: along the heading that it has halfway through the step."""
         speed, turn_rate = (0.0, 0.0) if self._touched else self._command
-        heading = self._bodies[-1, 2] + turn_rate * step / 2
+        heading = float(self._bodies[-1, 2]) + turn_rate * step / 2
         self._velocities[-1] = speed * math.cos(heading), speed * math.sin(heading), turn_rate
 
     def _surroundings(self) -> Surroundings:

@@ -117,6 +117,10 @@ def test_as_many_snapshots_are_kept_as_a_window_reaches_across(period: float, fr
     for _ in range(2 * frames):
         world.advance(np.array([0.1, 0.0]))
         recorder.record()
+        wanted = sequence_frames(Sequence(recorder.snapshots))
+        assert len(recorder.window()) == len(wanted)
+        for kept, computed in zip(recorder.window(), wanted, strict=True):
+            np.testing.assert_array_equal(kept.features, computed.features)
     assert len(recorder.snapshots) == frames
     assert len(recorder.window()) == 3
 
