@@ -7,7 +7,7 @@ import io
 import math
 import os
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -89,7 +89,7 @@ def _read_table(path: Path) -> Ratings:
     if not {"clip", "rater"} <= header or not header & set(QUESTIONS):
         raise ScenarioError(f"{path}: the first line must name the columns clip, rater and q1, q2 or both")
     clips, raters, scores = [], [], []
-    for row in reader:
+    for row in _rows(reader, path):
         place = f"{path}: line {reader.line_num}"
         if not row["clip"] or not row["rater"]:
             raise ScenarioError(f"{place}: clip and rater must not be empty")
@@ -99,6 +99,13 @@ def _read_table(path: Path) -> Ratings:
     if not clips:
         raise ScenarioError(f"{path}: must hold at least one rating, got none")
     return Ratings(tuple(clips), tuple(raters), np.array(scores))
+
+
+def _rows(reader: csv.DictReader[str], path: Path) -> Iterator[dict[str, str]]:
+    try:
+        yield from reader
+    except csv.Error as error:
+        raise ScenarioError(f"{path}: must be a CSV table ({error})") from None
 
 
 def _parse_score(text: str | None, place: str) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import hashlib
+import math
 from collections.abc import Callable, Iterator
 from collections.abc import Sequence as Items
 from dataclasses import asdict, dataclass
@@ -96,8 +97,8 @@ def fit(
     after_epoch: called with every epoch when it is over, after `state_file` holds it; when a training is taken up
         again, first with those that it had
     state_file: written after every epoch; with `resume`, the training in it goes on to the end that it would have had
-    Raises `ValueError` where one of the two holds no score at all, and `TrainingStateError` where `state_file` does
-    not hold this training.
+    Raises `ValueError` where one of the two holds no score at all or no error ever was a number, and
+    `TrainingStateError` where `state_file` does not hold this training.
     """
     for name, data in (("train", train), ("development", development)):
         if np.isnan(data.scores).all():
@@ -105,7 +106,9 @@ def fit(
     training = _Training(network, train, development, config)
     with torch.random.fork_rng():  # dropout draws from PyTorch's own generators
         torch.manual_seed(config.seed)
-        if resume and state_file is not None:
+        if resume:
+            if state_file is None:
+                raise ValueError("resume needs the state_file of the training to go on with")
             training.restore(state_file)
             for epoch in training.history:
                 after_epoch(epoch)
@@ -114,6 +117,8 @@ def fit(
             if state_file is not None:
                 training.save(state_file)
             after_epoch(training.history[-1])
+    if math.isnan(training.best.development_error):
+        raise ValueError(f"training got out of hand, no error is a number; lower learning_rate {config.learning_rate}")
     network.load_state_dict(training.best_state)
     network.eval()
     return training.history
@@ -160,8 +165,8 @@ class _Training:
 
     @property
     def best(self) -> Epoch:
-        """The first epoch with the smallest development error."""
-        return min(self.history, key=lambda epoch: epoch.development_error)
+        """The first epoch with the smallest development error; one that is no number is the worst."""
+        return min(self.history, key=lambda epoch: float(np.nan_to_num(epoch.development_error, nan=math.inf)))
 
     def is_over(self) -> bool:
         if not self.history:
@@ -172,7 +177,8 @@ class _Training:
     def run_epoch(self) -> None:
         order = self.generator.permutation(len(self.train))
         train_error = _one_pass(self.network, self.train, order, self.config, self.optimizer, self.schedule)
-        development_error = float(np.nanmean(errors(self.network, self.development, self.config.device)))
+        asked = ~np.isnan(self.development.scores).all(axis=0)
+        development_error = float(errors(self.network, self.development, self.config.device)[asked].mean())
         self.history.append(Epoch(len(self.history) + 1, train_error, development_error))
         if self.best is self.history[-1]:
             self.best_state = copy.deepcopy(self.network.state_dict())

@@ -95,6 +95,18 @@ def test_what_was_saved_is_loaded(tmp_path):
     assert all(torch.equal(state.tensors[name], tensor) for name, tensor in tensors.items())
 
 
+def test_resuming_needs_a_place():
+    with pytest.raises(ValueError, match=r"^resume needs the state_file of the training to go on with$"):
+        fit(network_of("mpnn"), labelled(), labelled(), TrainingConfig(), resume=True)
+
+
+def test_a_training_that_gets_out_of_hand_says_so():
+    network = network_of("mpnn")
+    torch.nn.init.constant_(network.layers[0].bias, float("nan"))
+    with pytest.raises(ValueError, match=r"^training got out of hand, no error is a number; lower learning_rate 0.5$"):
+        fit(network, labelled(), labelled(), TrainingConfig(max_epochs=2, learning_rate=0.5))
+
+
 @pytest.mark.parametrize("content", [b"", b"\x02\0\0\0\0\0\0\0{}", b"nonsense" * 9, None])
 def test_broken_states_are_refused_in_one_line(tmp_path, content):
     path = tmp_path / "state"
