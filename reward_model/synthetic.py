@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from collections.abc import Sequence as Items
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from reward_model.graph import FRAME_SPACING, NUM_FRAMES
 from reward_model.poses import driven, placed_at, seen_from
 from reward_model.scenario import DEFAULT_INTERVAL, FloatArray, Interactions, Objects, People, Sequence, Snapshot
+
+_DURATION: Final = (NUM_FRAMES - 1) * FRAME_SPACING  # s
 
 
 class Person(NamedTuple):
@@ -52,19 +54,20 @@ class SyntheticScene:
     interactions: Items[tuple[int, int]] = ()
 
     def sequence(self, name: str = "synthetic") -> Sequence:
-        """The three snapshots of the window, a second apart."""
-        ages = [FRAME_SPACING * index for index in reversed(range(NUM_FRAMES))]
-        return Sequence(tuple(self._snapshot(age) for age in ages), name)
+        """The last two seconds, from which the window is taken, a snapshot every 0.2 s."""
+        times = DEFAULT_INTERVAL * np.arange(round(_DURATION / DEFAULT_INTERVAL) + 1)
+        return Sequence(tuple(self._snapshot(float(time)) for time in times), name)
 
-    def _snapshot(self, age: float) -> Snapshot:
-        """What the robot saw some seconds ago."""
+    def _snapshot(self, time: float) -> Snapshot:
+        """What the robot saw at a time [s] since the first snapshot."""
+        age = _DURATION - time
         robot = self._robot_pose(age)
         half = self.side / 2
         corners = np.array([[half, half, 0], [half, -half, 0], [-half, -half, 0], [-half, half, 0]])
         seen_corners = seen_from(robot, corners)[:, :2]  # clockwise, as in recordings
         num_people, num_objects = len(self.people), len(self.objects)
         return Snapshot(
-            timestamp=FRAME_SPACING * (NUM_FRAMES - 1) - age,
+            timestamp=time,
             interval=DEFAULT_INTERVAL,
             command=np.array([self.command[0], 0.0, self.command[1]]),
             goal=seen_from(robot, np.array([*self.goal, 0.0]))[:2],
