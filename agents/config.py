@@ -46,7 +46,7 @@ class PPOConfig:
 class TrainingConfig:
     """One training run."""
 
-    total_timesteps: int = 600_000
+    total_timesteps: int = 400_000
     """Control steps to train for, all environments together."""
     reward: str = "learned"
     """Reward to train with, by name."""
@@ -62,7 +62,7 @@ class TrainingConfig:
     """Seed of the networks, the exploration and the episodes."""
     eval_episodes: int = 100
     """Episodes of the evaluation at the end."""
-    evaluation_interval: int = 100_000
+    evaluation_interval: int = 50_000
     """Timesteps between two evaluations during training."""
     evaluation_episodes: int = 20
     """Episodes of each evaluation during training."""
