@@ -8,6 +8,7 @@ answers. The result is a checkpoint folder with a model card that says how far t
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence as Items
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
@@ -15,12 +16,12 @@ import numpy as np
 import torch
 import tyro
 from rich.console import Console
-from rich.progress import Progress
+from rich.progress import Progress, TaskID
 
 from reward_model.checkpoint import Checkpoint, CheckpointError, NetworkConfig, save_checkpoint
 from reward_model.compiled import EdgelessMPNN
 from reward_model.files import replace_file
-from reward_model.graph import NUM_NODE_FEATURES
+from reward_model.graph import NUM_NODE_FEATURES, FrameGraph, mirrored_frame
 from reward_model.scenario import ScenarioError, Sequence
 from reward_model.scorer import SocialScorer, load_scorer
 from reward_model.socnav2_json import read_socnav2
@@ -36,7 +37,7 @@ _LABELLING_CHUNK = 500  # windows between two moves of the progress bar
 class Options:
     """What to train on, and where the result goes.
 
-    num_windows: windows to train on; as many again as `num_held_out` are for stopping early and for the test
+    num_windows: simulated windows to train on; as many again, mirrored, are labelled and trained on too
     num_held_out: windows for stopping early, and as many for the test, from episodes of their own
     hidden_sizes: features of the hidden layers
     seed: of scenes and training
@@ -45,13 +46,13 @@ class Options:
     genuine: a folder of SocNav2 recordings, to compare the two networks on as well
     """
 
-    num_windows: int = 70_000
+    num_windows: int = 140_000
     num_held_out: int = 3_000
-    hidden_sizes: tuple[int, ...] = (32, 24, 16)
-    max_epochs: int = 16
-    patience: int = 8
+    hidden_sizes: tuple[int, ...] = (40, 28, 20)
+    max_epochs: int = 5
+    patience: int = 3
     batch_size: int = 64
-    learning_rate: float = 3e-3
+    learning_rate: float = 1e-2
     seed: int = 67
     jobs: int = 2
     output: Path = DEFAULT_OUTPUT
@@ -106,12 +107,35 @@ def train(options: Options) -> None:
     console.print_json(data=report)
 
 
+class _WithMirrored(Items[list[FrameGraph]]):
+    """Windows, followed by the same windows with left and right swapped, made when they are asked for."""
+
+    def __init__(self, windows: list[list[FrameGraph]]) -> None:
+        self._windows = windows
+
+    def __len__(self) -> int:
+        return 2 * len(self._windows)
+
+    def __getitem__(self, index):
+        if isinstance(index, slice):
+            return [self[each] for each in range(len(self))[index]]
+        if index < len(self._windows):
+            return self._windows[index]
+        return [mirrored_frame(frame) for frame in self._windows[index - len(self._windows)]]
+
+
 def _labelled(teacher: SocialScorer, progress: Progress, name: str, size: int, seed: int, jobs: int) -> LabelledWindows:
     bar = progress.add_task(f"simulate {name}", total=None)
     windows = generate_windows(size, seed, jobs)
-    progress.update(bar, description=f"label {name}", total=size)
+    return _scored(teacher, progress, bar, name, _WithMirrored(windows) if name == "train" else windows)
+
+
+def _scored(
+    teacher: SocialScorer, progress: Progress, bar: TaskID, name: str, windows: Items[list[FrameGraph]]
+) -> LabelledWindows:
+    progress.update(bar, description=f"label {name}", total=len(windows))
     scores = []
-    for start in range(0, size, _LABELLING_CHUNK):
+    for start in range(0, len(windows), _LABELLING_CHUNK):
         scores.append(teacher.score_windows(windows[start : start + _LABELLING_CHUNK]))
         progress.advance(bar, len(scores[-1]))
     return LabelledWindows(windows, np.concatenate(scores))
@@ -166,9 +190,9 @@ An MPNN of {sizes} features with {about["parameters"]:,} parameters. It gives Q1
 second of a scene (three frames, one second apart).
 
 **What it learned from.** The answers of the published network (Bachiller et al. 2021) to {windows["train"]:,}
-windows of *simulated* scenes: people walk by social force, and the robot is driven well and badly. It is not trained
-on SocNav2's human scores, and its answers are not human scores: it inherits the published network's errors and
-adds its own.
+windows of *simulated* scenes and to as many mirror images: people walk by social force, and the robot is driven well
+and badly. It is not trained on SocNav2's human scores, and its answers are not human scores: it inherits the published
+network's errors and adds its own.
 
 **How.** Mean squared error, AdamW with a cosine schedule, early stopping on {windows["development"]:,} windows of
 other episodes; {about["epochs"]} epochs, seed {about["training"]["seed"]}. `python train_reward.py` repeats it.

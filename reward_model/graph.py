@@ -12,7 +12,7 @@ displacements for velocities, decametres); nothing outside this module needs to 
 from __future__ import annotations
 
 from collections.abc import Sequence as Items
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import Final
 
@@ -36,6 +36,12 @@ LENGTH_FEATURE: Final = 17  # the edge feature that holds the length; shared wit
 
 _WALL_SEGMENT = 0.97  # m, no segment is longer
 _TIME_TOLERANCE = 1e-6  # s, so that five steps of 0.2 s make a second in floating point
+
+
+# What changes sign when left and right are swapped: of people and objects x, the velocities va and vx, and cos a; the
+# robot's turning; x and sin o of wall segments; x of the goal.
+_MIRROR_SIGNS: Final = np.ones(NUM_NODE_FEATURES, dtype=np.float32)
+_MIRROR_SIGNS[[8, 10, 11, 14, 18, 19, 21, 22, 25, 32, 34, 38]] = -1
 
 
 class NodeKind(IntEnum):
@@ -218,6 +224,11 @@ def scene_graph(frames: Items[FrameGraph]) -> SceneGraph:
         relations.astype(np.int32),
         lengths.astype(np.float32),
     )
+
+
+def mirrored_frame(frame: FrameGraph) -> FrameGraph:
+    """The frame of the scene with left and right swapped; the same as mirroring the snapshot first."""
+    return replace(frame, features=frame.features * _MIRROR_SIGNS)
 
 
 def matching_nodes(first: IntArray, second: IntArray) -> tuple[IntArray, IntArray]:

@@ -9,6 +9,7 @@ from reward_model.graph import (
     Relation,
     frame_graph,
     matching_nodes,
+    mirrored_frame,
     scene_graph,
     select_window,
     sequence_frames,
@@ -309,3 +310,11 @@ def test_mirroring_twice_gives_the_scene_again():
     sequence = random_sequence(np.random.default_rng(2))
     graph, other = (scene_graph(sequence_frames(each)) for each in (sequence, mirrored(mirrored(sequence))))
     np.testing.assert_array_equal(graph.features, other.features)
+
+
+def test_a_mirrored_frame_is_the_frame_of_the_mirrored_scene() -> None:
+    for seed in range(5):
+        sequence = random_sequence(np.random.default_rng(seed))
+        for frame, mirror in zip(sequence_frames(sequence), sequence_frames(mirrored(sequence)), strict=True):
+            np.testing.assert_allclose(mirrored_frame(frame).features, mirror.features, atol=1e-6)
+            np.testing.assert_array_equal(frame.link_sources, mirror.link_sources)
