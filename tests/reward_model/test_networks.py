@@ -76,7 +76,7 @@ def test_a_few_graphs_are_learned_by_heart(config):
     scores = torch.from_numpy(np.random.default_rng(1).uniform(0.1, 0.9, (6, 2)).astype(np.float32))
     optimizer = torch.optim.Adam(network.parameters(), lr=1e-2)
     errors = []
-    for _ in range(120):
+    for _ in range(80):
         loss = ((network.node_answers(batch)[batch.ndata["is_output"]] - scores) ** 2).mean()
         optimizer.zero_grad()
         loss.backward()

@@ -12,7 +12,6 @@ from reward_model.checkpoint import load_checkpoint
 from reward_model.graph import scene_graph, sequence_frames
 from reward_model.published import STATE_FILE, PublishedWeightsError, import_published
 from reward_model.scenario import Sequence
-from reward_model.scorer import FORMS
 
 REFERENCES = [
     name + ending
@@ -24,7 +23,7 @@ SIZES = [42, 40, 30, 21, 12, 3, 2]
 HIDDEN = [(573, 1124), (412, 805), (222, 425), (96, 173), (24, 29), (13, 10)]  # as the published file has them
 
 
-@pytest.fixture(scope="module", params=FORMS)
+@pytest.fixture(scope="module", params=["compiled", "dgl"])
 def scorer(request, published_weights):
     if request.param == "dgl":
         pytest.importorskip("dgl")
