@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -37,6 +37,7 @@ REWARDS = ("learned", "q2", "crowdnav", "sparse")
 SIZES = (1, 4, 16, 64)
 REFERENCE = "learned"  # what the others are compared with
 STEP, RESET = "whole step", "reset"
+SCENE_STEPS = 32  # that a single environment plays before it goes on to the next seed's scene
 
 Rates = dict[str, list[float]]
 Parts = dict[str, list[float]]
@@ -92,9 +93,9 @@ def step_parts(steps: int) -> Parts:
     """Microseconds that each part of every step took."""
     environment = SocNavEnv()
     _play_single(environment, steps)
-    spent: Counter[str] = Counter()
+    spent: defaultdict[str, float] = defaultdict(float)
     with ExitStack() as stack:
-        for part, owner, name in (
+        timed: tuple[tuple[str, Any, str], ...] = (
             ("physics", world_module._Physics, "step"),
             ("people", world_module, "walk"),
             ("snapshot and graph", Recorder, "record"),
@@ -102,9 +103,10 @@ def step_parts(steps: int) -> Parts:
             ("observation", environment.observation, "observe"),
             (STEP, environment, "step"),
             (RESET, environment, "reset"),
-        ):
+        )
+        for part, owner, name in timed:
             stack.enter_context(_timed(owner, name, part, spent))
-        rows: list[Counter[str]] = []
+        rows: list[defaultdict[str, float]] = []
 
         def note() -> None:
             rows.append(spent.copy())
@@ -124,10 +126,10 @@ def _single_player(reward: str) -> Player:
 
 
 def _play_single(environment: gym.Env[Any, Any], steps: int, after_call: Callable[[], object] = lambda: None) -> float:
-    """Play random actions from fixed seeds and return steps a second."""
+    """Play random actions in scene after scene, since some have many people, and return steps a second."""
     seconds, seed, ended = 0.0, 0, True
-    for action in np.random.default_rng(0).uniform(-1, 1, (steps, 2)).astype(np.float32):
-        if ended:
+    for step, action in enumerate(np.random.default_rng(0).uniform(-1, 1, (steps, 2)).astype(np.float32)):
+        if ended or step % SCENE_STEPS == 0:
             environment.reset(seed=seed)
             after_call()
             seed += 1
@@ -158,7 +160,7 @@ def _vector_player(num_envs: int) -> Player:
 
 
 @contextmanager
-def _timed(owner: Any, name: str, part: str, spent: Counter[str]) -> Iterator[None]:
+def _timed(owner: Any, name: str, part: str, spent: defaultdict[str, float]) -> Iterator[None]:
     """Add the seconds that calls of a function take to `spent`."""
     function, is_own = getattr(owner, name), name in vars(owner)
 
