@@ -46,7 +46,7 @@ class Options:
     genuine: a folder of SocNav2 recordings, to compare the two networks on as well
     """
 
-    num_windows: int = 140_000
+    num_windows: int = 100_000
     num_held_out: int = 3_000
     hidden_sizes: tuple[int, ...] = (40, 28, 20)
     max_epochs: int = 5
