@@ -52,8 +52,8 @@ def quiet() -> Console:
 
 
 def test_learns_to_reach_a_goal_one_metre_away(tmp_path: Path) -> None:
-    ppo = PPOConfig(n_steps=64, batch_size=256, n_epochs=8, learning_rate=2e-3, entity_width=32, net_arch=(32,))
-    config = replace(SMALL, total_timesteps=24_576, num_envs=16, checkpoint_interval=10**6, ppo=ppo)
+    ppo = PPOConfig(n_steps=64, batch_size=512, n_epochs=8, learning_rate=3e-3, entity_width=16, net_arch=(32,))
+    config = replace(SMALL, total_timesteps=16_384, num_envs=16, checkpoint_interval=10**6, ppo=ppo)
     history = train(config, DiscEnv, tmp_path, quiet())
     assert history is not None
     assert history.training[0]["success"] < 0.2
