@@ -172,7 +172,7 @@ def progress(scorer: WindowScorer) -> list[Finding]:
     behind, ahead = empty_room(scorer, goal_ahead=False), empty_room(scorer, goal_ahead=True)
     away = {
         "away": behind["forward"].q2,
-        "standing, goal behind": behind["standing"].q2,
+        "standing": behind["standing"].q2,
         "towards": ahead["forward"].q2,
     }
     turning = {
@@ -185,9 +185,9 @@ def progress(scorer: WindowScorer) -> list[Finding]:
         Finding(
             "e1",
             "away < standing and < towards",
-            f"{where} behind or ahead",
+            f"{where} behind, or ahead for towards",
             away,
-            away["away"] < min(away["standing, goal behind"], away["towards"]),
+            away["away"] < min(away["standing"], away["towards"]),
         ),
         Finding(
             "e2",

@@ -53,7 +53,7 @@ def draw_heatmaps(snapshot: Snapshot, heatmaps: Mapping[str, Heatmap], questions
     """
     rows = _layout(heatmaps, questions)
     size = (len(rows[0]) * PANEL + MARGIN, len(rows) * PANEL)
-    figure = Figure(figsize=size, dpi=DOTS_PER_INCH, layout="constrained")
+    figure = Figure(figsize=size, dpi=DOTS_PER_INCH, layout="compressed")
     figure.suptitle(title, fontsize=10)
     grid = figure.subplots(len(rows), len(rows[0]), squeeze=False)
     for axes, panel in zip(grid.flat, [panel for row in rows for panel in row], strict=True):
@@ -66,6 +66,7 @@ def draw_heatmaps(snapshot: Snapshot, heatmaps: Mapping[str, Heatmap], questions
         axes.set_title(f"{_QUESTIONS[question]}, {name}", fontsize=9)
     scale = figure.colorbar(_SCALE, ax=grid, shrink=0.6, aspect=40 if len(rows) > 1 else 20)
     scale.ax.set_title("score", fontsize=8)
+    scale.ax.tick_params(labelsize=7)
     content = io.BytesIO()
     figure.savefig(content, format="png")
     return content.getvalue()
