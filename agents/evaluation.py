@@ -103,7 +103,6 @@ def play_episodes(
     """Play one episode for each seed in this process."""
     import torch
 
-    torch.set_flush_denormal(True)
     threads = torch.get_num_threads()
     torch.set_num_threads(1)
     env = make()

@@ -39,7 +39,6 @@ def train(config: TrainingConfig, make: EnvironmentMaker, folder: Path, console:
         The learning curve, or None if the user stopped the training, whose state is saved in both cases.
 
     """
-    torch.set_flush_denormal(True)
     torch.set_num_threads(THREADS)
     path = folder / CHECKPOINT_FILE
     checkpoint = load_checkpoint(path) if path.is_file() else None

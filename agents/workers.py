@@ -143,7 +143,6 @@ def _serve(connection: Connection, make: VecEnvMaker, num_envs: int) -> None:
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides when to stop
     torch.set_num_threads(1)
-    torch.set_flush_denormal(True)
     envs: VecEnv | None = None
     while True:
         try:
