@@ -46,7 +46,7 @@ class PPOConfig:
 class TrainingConfig:
     """One training run."""
 
-    total_timesteps: int = 400_000
+    total_timesteps: int = 700_000
     """Control steps to train for, all environments together."""
     reward: str = "learned"
     """Reward to train with, by name."""
