@@ -31,7 +31,7 @@ FIXED = (
 class Options:
     """Train a PPO agent in SocNav2-v0, evaluate it beside the baselines and save everything in a folder.
 
-    Without options it takes about a quarter of an hour on two cores. A run that was stopped or killed continues
+    Without options it takes about ten minutes on two cores. A run that was stopped or killed continues
     with --resume; its options are then remembered.
     """
 
