@@ -205,7 +205,10 @@ def read_env_config(path: Path) -> EnvConfig:
 
 
 def _complain(error: Exception) -> None:
-    print("\n".join(f"socnav_env: {line}" for line in str(error).splitlines()), file=sys.stderr)
+    message = str(error)
+    if isinstance(error, OSError) and error.filename is not None:
+        message = f"{error.filename}: cannot open it: {error.strerror}"
+    print("\n".join(f"socnav_env: {line}" for line in message.splitlines()), file=sys.stderr)
 
 
 def _is_recording(path: Path) -> bool:

@@ -33,25 +33,7 @@ def trajectory_of_sequence(
     people_ids, people_poses = _tracks(sequence, robot_poses, lambda snapshot: snapshot.people)
     object_ids, object_poses = _tracks(sequence, robot_poses, lambda snapshot: snapshot.objects)
     rows, num_people = people_poses.shape[:2]
-    first_seen = [_first_seen(people_poses[:, index]) for index in range(num_people)]
-    pairs = _pairs(sequence)
-    entity = {identity: index for index, identity in enumerate([*people_ids, *object_ids])}
-    goal, walls = sequence.snapshots[0].goal, sequence.snapshots[0].walls
-    layout = Layout(
-        room=_room(_points_in_room(robot_poses[0], walls.reshape(-1, 2)).reshape(-1, 4)),
-        robot_pose=robot_poses[0],
-        goal=_points_in_room(robot_poses[0], goal[None])[0],
-        people_poses=np.array(first_seen).reshape(-1, 3),
-        people_walk=_spread(people_poses) > STANDING_SPREAD,
-        people_group=np.full(num_people, -1),
-        object_poses=np.array([_first_seen(object_poses[:, index]) for index in range(len(object_ids))]).reshape(-1, 3),
-        object_sizes=_sizes(sequence, object_ids),
-        object_kinds=np.full(len(object_ids), ObjectKind.TABLE, dtype=np.int64),
-        interaction_pairs=np.array([[entity[one], entity[other]] for one, other in pairs], dtype=np.int64).reshape(
-            -1, 2
-        ),
-        interaction_relations=tuple(pairs.values()),
-    )
+    layout = _layout(sequence, robot_poses[0], people_ids, people_poses, object_ids, object_poses)
     return Trajectory(
         layout=layout,
         times=times,
@@ -66,6 +48,36 @@ def trajectory_of_sequence(
         commands=np.array([snapshot.command[[0, 2]] for snapshot in sequence])[1:],
         scores=np.full((rows - 1, 2), np.nan),
         outcome=None,
+    )
+
+
+def _layout(
+    sequence: Sequence,
+    robot_pose: FloatArray,
+    people_ids: list[int],
+    people_poses: FloatArray,
+    object_ids: list[int],
+    object_poses: FloatArray,
+) -> Layout:
+    """What stood where when the scene began, or when it was first seen."""
+    pairs = _pairs(sequence)
+    entity = {identity: index for index, identity in enumerate([*people_ids, *object_ids])}
+    goal, walls = sequence.snapshots[0].goal, sequence.snapshots[0].walls
+    people = [_first_seen(people_poses[:, index]) for index in range(len(people_ids))]
+    objects = [_first_seen(object_poses[:, index]) for index in range(len(object_ids))]
+    indices = [[entity[one], entity[other]] for one, other in pairs]
+    return Layout(
+        room=_room(_points_in_room(robot_pose, walls.reshape(-1, 2)).reshape(-1, 4)),
+        robot_pose=robot_pose,
+        goal=_points_in_room(robot_pose, goal[None])[0],
+        people_poses=np.array(people).reshape(-1, 3),
+        people_walk=_spread(people_poses) > STANDING_SPREAD,
+        people_group=np.full(len(people_ids), -1),
+        object_poses=np.array(objects).reshape(-1, 3),
+        object_sizes=_sizes(sequence, object_ids),
+        object_kinds=np.full(len(object_ids), ObjectKind.TABLE, dtype=np.int64),
+        interaction_pairs=np.array(indices, dtype=np.int64).reshape(-1, 2),
+        interaction_relations=tuple(pairs.values()),
     )
 
 
