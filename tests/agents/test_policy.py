@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import gymnasium as gym
 import numpy as np
 import pytest
 from gymnasium import spaces
 from safetensors.numpy import save_file
 
+import socnav_env  # noqa: F401 - registers SocNav2-v0
 from agents import AgentError, agent_names, load_agent
 from agents.baselines import StraightPolicy
 from agents.policy import Policy, build_policy, save_policy
@@ -50,3 +52,14 @@ def test_other_files_are_refused(tmp_path: Path) -> None:
     save_file({"weight": np.zeros(2, np.float32)}, tensors)
     with pytest.raises(AgentError, match="its header must describe a socnav2-agent-1, got nothing"):
         load_agent(tensors)
+
+
+def test_the_agent_that_ships_acts_in_the_environment() -> None:
+    env = gym.make("SocNav2-v0", reward="sparse")
+    observation, _ = env.reset(seed=0)
+    agent = load_agent("ppo-learned")
+    action, _ = agent.predict(observation, deterministic=True)
+    assert env.action_space.contains(action)
+    again, _ = agent.predict(observation, deterministic=True)
+    assert np.array_equal(action, again)
+    assert "ppo-learned" in agent_names()
