@@ -46,10 +46,10 @@ class Options:
     genuine: a folder of SocNav2 recordings, to compare the two networks on as well
     """
 
-    num_windows: int = 100_000
+    num_windows: int = 260_000
     num_held_out: int = 3_000
     hidden_sizes: tuple[int, ...] = (40, 28, 20)
-    max_epochs: int = 5
+    max_epochs: int = 6
     patience: int = 3
     batch_size: int = 64
     learning_rate: float = 1e-2
@@ -108,7 +108,7 @@ def train(options: Options) -> None:
 
 
 class _WithMirrored(Items[list[FrameGraph]]):
-    """Windows, followed by the same windows with left and right swapped, made when they are asked for."""
+    """Windows, followed by their mirror images with walls as recorders list them, made when they are asked for."""
 
     def __init__(self, windows: list[list[FrameGraph]]) -> None:
         self._windows = windows
@@ -121,7 +121,7 @@ class _WithMirrored(Items[list[FrameGraph]]):
             return [self[each] for each in range(len(self))[index]]
         if index < len(self._windows):
             return self._windows[index]
-        return [mirrored_frame(frame) for frame in self._windows[index - len(self._windows)]]
+        return [mirrored_frame(frame, turn_walls=True) for frame in self._windows[index - len(self._windows)]]
 
 
 def _labelled(teacher: SocialScorer, progress: Progress, name: str, size: int, seed: int, jobs: int) -> LabelledWindows:

@@ -42,6 +42,7 @@ _TIME_TOLERANCE = 1e-6  # s, so that five steps of 0.2 s make a second in floati
 # robot's turning; x and sin o of wall segments; x of the goal.
 _MIRROR_SIGNS: Final = np.ones(NUM_NODE_FEATURES, dtype=np.float32)
 _MIRROR_SIGNS[[8, 10, 11, 14, 18, 19, 21, 22, 25, 32, 34, 38]] = -1
+_WALL_DIRECTION: Final = (34, 35)  # sin o and cos o
 
 
 class NodeKind(IntEnum):
@@ -226,9 +227,16 @@ def scene_graph(frames: Items[FrameGraph]) -> SceneGraph:
     )
 
 
-def mirrored_frame(frame: FrameGraph) -> FrameGraph:
-    """The frame of the scene with left and right swapped; the same as mirroring the snapshot first."""
-    return replace(frame, features=frame.features * _MIRROR_SIGNS)
+def mirrored_frame(frame: FrameGraph, *, turn_walls: bool = False) -> FrameGraph:
+    """The frame of the scene with left and right swapped; the same as mirroring the snapshot first.
+
+    turn_walls: let the walls run the other way, too. Recorded walls run clockwise, those of a mirror image run
+        anticlockwise unless they are turned; the network sees the difference.
+    """
+    signs = _MIRROR_SIGNS.copy()
+    if turn_walls:
+        signs[list(_WALL_DIRECTION)] *= -1
+    return replace(frame, features=frame.features * signs)
 
 
 def matching_nodes(first: IntArray, second: IntArray) -> tuple[IntArray, IntArray]:

@@ -318,3 +318,13 @@ def test_a_mirrored_frame_is_the_frame_of_the_mirrored_scene() -> None:
         for frame, mirror in zip(sequence_frames(sequence), sequence_frames(mirrored(sequence)), strict=True):
             np.testing.assert_allclose(mirrored_frame(frame).features, mirror.features, atol=1e-6)
             np.testing.assert_array_equal(frame.link_sources, mirror.link_sources)
+
+
+def test_the_walls_of_a_mirrored_frame_can_be_turned() -> None:
+    sequence = random_sequence(np.random.default_rng(3))
+    mirror = mirrored(sequence)
+    turned = [replace(each, walls=each.walls[:, [2, 3, 0, 1]]) for each in mirror.snapshots]
+    expected = sequence_frames(replace(mirror, snapshots=tuple(turned)))
+    for frame, other in zip(sequence_frames(sequence), expected, strict=True):
+        features = mirrored_frame(frame, turn_walls=True).features
+        assert sorted(features.round(4).tolist()) == sorted(other.features.round(4).tolist())
