@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
+IntRange = tuple[int, int]
+FloatRange = tuple[float, float]
+
 
 class ConfigError(ValueError):
     """A configuration breaks a rule, or asks for a scene that cannot be made."""
