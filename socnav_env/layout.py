@@ -41,6 +41,38 @@ class Room:
         return np.hstack([self.corners, np.roll(self.corners, -1, axis=0)])
 
 
+class Ending(IntEnum):
+    """What someone does at the end of their route."""
+
+    STAND = 0  # stays there
+    WANDER = 1  # goes on to places of their own choice, as people without a route do
+    REPEAT = 2  # walks the route again, from its first place
+
+
+@dataclass(frozen=True, eq=False)
+class Script:
+    """What a scenario decides besides where everyone is: the warm-up, which is told and not simulated, and routes.
+
+    robot_poses: (warm_up_steps + 1, 3) of the robot from the beginning of the warm-up to the start of the episode
+    commands: (warm_up_steps, 3) that it was given: forward [m/s], to the left [m/s], turn rate [rad/s]
+    people_poses: (warm_up_steps + 1, num_people, 3)
+    velocities: (num_people, 3) of people at the start [m/s, m/s, rad/s]
+    speeds: (num_people,) at which they like to walk [m/s]; NaN where that is drawn
+    routes: (num_people, longest, 2) [m] where they walk one after the other; NaN from a route's end on
+    delays: (num_people,) [s] from the start, for which they wait before they walk their route
+    endings: (num_people,) of `Ending`
+    """
+
+    robot_poses: FloatArray
+    commands: FloatArray
+    people_poses: FloatArray
+    velocities: FloatArray
+    speeds: FloatArray
+    routes: FloatArray
+    delays: FloatArray
+    endings: IntArray
+
+
 @dataclass(frozen=True, eq=False)
 class Layout:
     """Everything an episode needs to begin.
@@ -55,6 +87,7 @@ class Layout:
     object_kinds: (num_objects,) of `ObjectKind`
     interaction_pairs: (num_interactions, 2) entity indices: people count from 0, objects on from num_people
     interaction_relations: one name each, as SocNav2 names them
+    script: of a scenario; None where the warm-up is simulated and people go where they like
     """
 
     room: Room
@@ -68,6 +101,7 @@ class Layout:
     object_kinds: IntArray
     interaction_pairs: IntArray
     interaction_relations: tuple[str, ...]
+    script: Script | None = None
 
     @property
     def num_people(self) -> int:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from socnav_env.config import EnvConfig
-from socnav_env.layout import Layout, ObjectKind, Room
+from socnav_env.layout import Ending, Layout, ObjectKind, Room, Script
 from socnav_env.outcomes import Outcome
 from socnav_env.trajectory import Trajectory
 
@@ -20,7 +20,8 @@ FORMAT: Final = "socnav2-trajectory"
 Arrays = dict[str, NDArray[Any]]
 Shape = tuple[int | str, ...]
 
-# Dtype and shape; a letter stands for the same size wherever it appears, "rows" for one more than "steps".
+# Dtype and shape; a letter stands for the same size wherever it appears, "rows" for one more than "steps",
+# "told_rows" for one more than "told".
 LAYOUT_ARRAYS: Final[dict[str, tuple[str, Shape]]] = {
     "corners": ("float64", ("corners", 2)),
     "start": ("float64", (3,)),
@@ -43,6 +44,16 @@ STATE_ARRAYS: Final[dict[str, tuple[str, Shape]]] = {
     "commands": ("float64", ("steps", 2)),
     "scores": ("float64", ("steps", 2)),
 }
+SCRIPT_ARRAYS: Final[dict[str, tuple[str, Shape]]] = {  # only in recordings of scenarios; there all of them
+    "script_robot_poses": ("float64", ("told_rows", 3)),
+    "script_commands": ("float64", ("told", 3)),
+    "script_people_poses": ("float64", ("told_rows", "people", 3)),
+    "script_velocities": ("float64", ("people", 3)),
+    "script_speeds": ("float64", ("people",)),
+    "script_routes": ("float64", ("people", "places", 2)),
+    "script_delays": ("float64", ("people",)),
+    "script_endings": ("int64", ("people",)),
+}
 # What NumPy and zipfile raise for damaged files: wrong sums, sizes, names, unknown kinds of compression.
 DAMAGE: Final = (
     ValueError,
@@ -57,7 +68,8 @@ DAMAGE: Final = (
     zlib.error,
 )
 LONGEST_COMPLAINT: Final = 100  # characters of what NumPy or zipfile say, which may quote the damage
-MAY_BE_NAN: Final = ("scores",)
+MAY_BE_NAN: Final = ("scores", "script_speeds", "script_routes")
+SCRIPT: Final = "script_"  # what the names of a script's arrays begin with
 
 
 class RecordingError(ValueError):
@@ -73,6 +85,8 @@ def arrays_of(trajectory: Trajectory) -> Arrays:
         "people_start": layout.people_poses,
     }
     arrays |= {name: getattr(layout, name) for name in LAYOUT_ARRAYS if name not in arrays}
+    if layout.script is not None:
+        arrays |= {name: getattr(layout.script, name.removeprefix(SCRIPT)) for name in SCRIPT_ARRAYS}
     return arrays | {name: getattr(trajectory, name) for name in STATE_ARRAYS}
 
 
@@ -114,6 +128,7 @@ def layout_of(arrays: Arrays, relations: object, place: str) -> Layout:
         robot_pose=arrays["start"],
         people_poses=arrays["people_start"],
         interaction_relations=tuple(relations),
+        script=_script_of(arrays, place),
         **named,
     )
 
@@ -125,6 +140,9 @@ def trajectory_of(arrays: Arrays, layout: Layout, config: EnvConfig, outcome: ob
     steps = len(arrays["commands"])
     if steps > config.max_steps:
         raise RecordingError(f"{place}: must have at most {config.max_steps} steps as config says, got {steps}")
+    if layout.script is not None and len(layout.script.commands) != config.warm_up_steps:
+        told = len(layout.script.commands)
+        raise RecordingError(f"{place}: script_commands must be {config.warm_up_steps} as config says, got {told}")
     if not (np.diff(arrays["times"]) > 0).all():
         raise RecordingError(f"{place}: times must rise")
     return Trajectory(
@@ -137,10 +155,25 @@ def trajectory_of(arrays: Arrays, layout: Layout, config: EnvConfig, outcome: ob
     )
 
 
+def _script_of(arrays: Arrays, place: str) -> Script | None:
+    """A scenario's script in arrays that have been checked; None where there is none."""
+    if not _has_script(arrays):
+        return None
+    for ending in arrays["script_endings"].tolist():
+        if ending not in list(Ending):
+            raise RecordingError(f"{place}: script_endings must be 0 to {max(Ending)}, got {ending}")
+    return Script(**{name.removeprefix(SCRIPT): arrays[name] for name in SCRIPT_ARRAYS})
+
+
+def _has_script(arrays: Arrays) -> bool:
+    return any(name in arrays for name in SCRIPT_ARRAYS)
+
+
 def _check(arrays: Arrays, place: str) -> None:
     """Refuse arrays that are missing, of another type or shape, or not finite."""
     sizes: dict[str, int] = {}
-    for name, (dtype, shape) in (LAYOUT_ARRAYS | STATE_ARRAYS).items():
+    expected = LAYOUT_ARRAYS | STATE_ARRAYS | (SCRIPT_ARRAYS if _has_script(arrays) else {})
+    for name, (dtype, shape) in expected.items():
         if name not in arrays:
             raise RecordingError(f"{place}: {name} is missing")
         array = arrays[name]
@@ -158,8 +191,9 @@ def _check_shape(array: NDArray[Any], shape: Shape, sizes: dict[str, int], where
     for size, symbol in zip(array.shape, shape, strict=False):
         if isinstance(symbol, str):
             sizes.setdefault(symbol, size)
-    if "rows" in sizes:
-        sizes.setdefault("steps", sizes["rows"] - 1)
+    for rows, steps in (("rows", "steps"), ("told_rows", "told")):
+        if rows in sizes:
+            sizes.setdefault(steps, sizes[rows] - 1)
     expected = tuple(sizes.get(each, each) if isinstance(each, str) else each for each in shape)
     if array.shape != expected:
         raise RecordingError(f"{where} must have shape ({', '.join(map(str, expected))}), got {array.shape}")

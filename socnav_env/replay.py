@@ -57,7 +57,12 @@ def rerun_without_robot(recording: Recording) -> Trajectory:
     """
     layout = recording.trajectory.layout
     away = np.array([layout.room.corners[:, 0].max() + OUT_OF_REACH, 0.0, 0.0])
-    return _simulate(recording, replace(layout, robot_pose=away), np.zeros_like(recording.trajectory.commands))
+    script = layout.script
+    if script is not None:
+        gone = np.broadcast_to(away, script.robot_poses.shape)
+        script = replace(script, robot_poses=gone, commands=np.zeros_like(script.commands))
+    layout = replace(layout, robot_pose=away, script=script)
+    return _simulate(recording, layout, np.zeros_like(recording.trajectory.commands))
 
 
 def first_difference(recorded: Trajectory, repeated: Trajectory) -> Difference | None:

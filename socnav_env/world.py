@@ -14,8 +14,9 @@ import pymunk.batch
 
 from reward_model.jit import njit
 from socnav_env.config import EnvConfig
+from socnav_env.frames import pose_rates
 from socnav_env.geometry import box_distances, boxes_of, wall_distances
-from socnav_env.layout import BoolArray, FloatArray, IntArray, Layout
+from socnav_env.layout import BoolArray, FloatArray, IntArray, Layout, Script
 from socnav_env.pedestrians import (
     Surroundings,
     anyone_needs_target,
@@ -25,6 +26,7 @@ from socnav_env.pedestrians import (
     walk,
     walkers_of,
 )
+from socnav_env.routes import Routes
 
 ROBOT, PERSON, OBJECT, WALL = 1, 2, 3, 4  # pymunk's collision types
 BODY_MASS = 1.0  # kg, the robot's and everyone's: where bodies touch, both give way
@@ -58,7 +60,7 @@ class World:
     """One episode's world; it begins `config.warm_up` seconds before the episode.
 
     While the time is negative everyone gives way to the robot, which then stands, whatever `robot_visibility`
-    says: nobody can walk into it before it may act.
+    says: nobody can walk into it before it may act. A scenario's script tells what happened then instead.
 
     Arrays that a world returns are copies.
 
@@ -88,7 +90,10 @@ class World:
         self._physics.fill(self._walkers.group, self._around)
         self._physics.report_touches(self._touched)
         self._walker_rows = np.flatnonzero(self._walks)
+        self._routes: Routes | None = None
         self._read()
+        if layout.script is not None:
+            self._take_up(layout.script)
 
     def advance(self, command: FloatArray) -> None:
         """Simulate one control period.
@@ -96,10 +101,15 @@ class World:
         command: (2,) forward speed [m/s] and turn rate [rad/s] of the robot. It stops for the rest of the period
         where it touches something.
         """
+        if self.layout.script is not None and self._periods < 0:
+            self._recall(self.layout.script)
+            return
         self._command = float(command[0]), float(command[1])
         self._before[:] = self._bodies[:, :3]
         self._touched.clear()
         people, step = self.config.people, self.config.physics_step
+        if self._routes is not None:
+            self._routes.follow(self._walkers, self._bodies, self.time)
         if anyone_needs_target(self._walkers.time_left, self._walkers.blocked, people.patience):
             self._pick_targets(in_need_of_target(self._walkers, people.patience))
         notice = 1.0 if self._periods < 0 else people.robot_visibility
@@ -201,6 +211,25 @@ class World:
         standing, period = self.layout.people_poses, self.config.control_period
         state = _state_of(self._bodies, self._before, self._walker_rows, standing, period)
         self._robot_pose, self._robot_velocity, self._people_poses, self._people_velocities = state
+
+    def _take_up(self, script: Script) -> None:
+        """Begin where a scenario's warm-up begins; bodies are where they will be when the episode does."""
+        self._routes = Routes(script, self._walks)
+        self._bodies[:-1, 3:6] = script.velocities[self._walks]
+        speeds = script.speeds[self._walks]
+        self._walkers.speed[:] = np.where(np.isnan(speeds), self._walkers.speed, speeds)
+        self._robot_velocity, self._people_velocities = np.zeros(3), script.velocities.copy()
+        self._robot_pose, self._people_poses = script.robot_poses[0].copy(), script.people_poses[0].copy()
+
+    def _recall(self, script: Script) -> None:
+        """Let a control period of the warm-up pass as the script tells it."""
+        row, period = self._periods + self.config.warm_up_steps, self.config.control_period
+        self._periods += 1
+        self._command = float(script.commands[row, 0]), float(script.commands[row, 2])
+        robot, people = script.robot_poses[row : row + 2], script.people_poses[row : row + 2]
+        self._robot_pose, self._people_poses = robot[1].copy(), people[1].copy()
+        self._robot_velocity = pose_rates(robot[:1], robot[1:], period)[0]
+        self._people_velocities = pose_rates(people[0], people[1], period)
 
     def _drive(self, step: float) -> None:
         """Write the robot's velocity: along the heading that it has halfway through the step."""
