@@ -15,6 +15,8 @@ from socnav_env.checks import ConfigError as ConfigError
 from socnav_env.checks import check_number, check_whole
 from socnav_env.people_config import MAX_HASTE as MAX_HASTE
 from socnav_env.people_config import PeopleConfig as PeopleConfig
+from socnav_env.robot_config import MOST_NOISE
+from socnav_env.robot_config import RobotConfig as RobotConfig
 from socnav_env.scene_config import AT_LAPTOP as AT_LAPTOP
 from socnav_env.scene_config import AT_PLANT as AT_PLANT
 from socnav_env.scene_config import L_SHAPE as L_SHAPE
@@ -30,36 +32,6 @@ from socnav_env.scene_config import TALKING as TALKING
 from socnav_env.scene_config import WALKING_TOGETHER as WALKING_TOGETHER
 from socnav_env.scene_config import PopulationConfig as PopulationConfig
 from socnav_env.scene_config import RoomConfig as RoomConfig
-
-
-@dataclass(frozen=True)
-class RobotConfig:
-    """A round robot with a differential drive.
-
-    radius: [m] as wide as a person, like the service robots this is about (TIAGo 0.27, Pepper 0.24)
-    max_forward_speed, max_backward_speed: [m/s]; default: the fastest that SocNav2's raters saw
-    max_turn_rate: [rad/s]; default likewise
-    arrival_radius: [m] the robot has arrived when its centre is this close to the goal
-    min_goal_distance: [m] between the robot's start and the goal
-    """
-
-    radius: float = 0.25
-    max_forward_speed: float = 3.5 / 9.4
-    max_backward_speed: float = 3.5 / 9.4
-    max_turn_rate: float = 4 / 10.32
-    arrival_radius: float = 0.5
-    min_goal_distance: float = 2.0
-
-    def __post_init__(self) -> None:
-        for name in ("radius", "max_forward_speed", "max_turn_rate", "arrival_radius"):
-            check_number(f"robot.{name}", getattr(self, name), 1e-3, math.inf)
-        check_number("robot.max_backward_speed", self.max_backward_speed, 0, math.inf)
-        check_number("robot.min_goal_distance", self.min_goal_distance, 0, math.inf)
-        if self.min_goal_distance <= self.arrival_radius:
-            raise ConfigError(
-                "robot.min_goal_distance must be larger than robot.arrival_radius, "
-                f"got {self.min_goal_distance} and {self.arrival_radius}"
-            )
 
 
 @dataclass(frozen=True)
@@ -145,7 +117,7 @@ class EnvConfig:
     def _check_speeds(self) -> None:
         """Refuse speeds at which a body could pass through a wall between two physics steps."""
         robot, people = self.robot, self.people
-        robot_speed = max(robot.max_forward_speed, robot.max_backward_speed)
+        robot_speed = robot.top_speed + math.sqrt(2) * MOST_NOISE * robot.speed_noise
         for name, speed, radius in (
             ("robot", robot_speed, robot.radius),
             ("people", MAX_HASTE * people.speed_limits[1], people.radius),

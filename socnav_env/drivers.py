@@ -22,7 +22,7 @@ class Driver(Protocol):
     def __init__(self, rng: np.random.Generator) -> None: ...
 
     def command(self, world: World, rng: np.random.Generator) -> FloatArray:
-        """(2,) forward speed [m/s] and turn rate [rad/s]."""
+        """(3,) forward speed [m/s], speed to the left [m/s] and turn rate [rad/s]."""
         ...
 
 
@@ -78,12 +78,12 @@ class Cruiser:
     """Drives straight on or along a wide arc, wherever that leads: past the goal, up to a wall."""
 
     def __init__(self, rng: np.random.Generator) -> None:
-        self._command = np.array([rng.uniform(0.3, 1.0), rng.normal(0.0, 0.1)])
+        self._forward, self._turn = rng.uniform(0.3, 1.0), rng.normal(0.0, 0.1)
 
     def command(self, world: World, rng: np.random.Generator) -> FloatArray:
         """Drive on."""
         robot = world.config.robot
-        return self._command * (robot.max_forward_speed, robot.max_turn_rate)
+        return _command(self._forward * robot.max_forward_speed, self._turn * robot.max_turn_rate)
 
 
 class Reverser:
@@ -99,7 +99,7 @@ class Reverser:
         turn = rng.normal(0.0, 0.5)
         if self._to_goal:
             turn += 2 * math.remainder(_bearing(world, world.layout.goal) + math.pi, 2 * math.pi)
-        return np.array([-self._speed * robot.max_backward_speed, _limited(turn) * robot.max_turn_rate])
+        return _command(-self._speed * robot.max_backward_speed, _limited(turn) * robot.max_turn_rate)
 
 
 class Joystick:
@@ -107,7 +107,7 @@ class Joystick:
 
     def __init__(self, rng: np.random.Generator) -> None:
         self._left = 0  # control periods for which the command is held
-        self._held = np.zeros(2)
+        self._held = np.zeros(3)
 
     def command(self, world: World, rng: np.random.Generator) -> FloatArray:
         """Hold or renew the command."""
@@ -115,7 +115,8 @@ class Joystick:
             robot = world.config.robot
             forward = _limited(rng.uniform(-0.6, 1.4)) * robot.max_forward_speed
             turn = _limited(rng.uniform(-1.5, 1.5)) * robot.max_turn_rate
-            self._held = np.array([forward, turn]) * (rng.random(2) < 0.8)
+            kept_forward, kept_turn = rng.random(2) < 0.8
+            self._held = _command(forward * kept_forward, turn * kept_turn)
             self._left = int(rng.integers(2, 16))
         self._left -= 1
         return self._held.copy()
@@ -129,7 +130,7 @@ class Stander:
 
     def command(self, world: World, rng: np.random.Generator) -> FloatArray:
         """Stand."""
-        return np.zeros(2)
+        return np.zeros(3)
 
 
 DRIVERS: Final[dict[str, type[Driver]]] = {
@@ -144,12 +145,17 @@ DRIVERS: Final[dict[str, type[Driver]]] = {
 }
 
 
+def _command(forward: float, turn: float) -> FloatArray:
+    """What every drive understands: no driver here goes sideways."""
+    return np.array([forward, 0.0, turn])
+
+
 def _towards(world: World, place: FloatArray, speed: float, error: float) -> FloatArray:
     """Turn to a place and drive, slower the more it lies to the side. speed: share of the robot's fastest."""
     robot = world.config.robot
     bearing = _bearing(world, place)
     forward = speed * max(0.0, math.cos(bearing)) ** 2
-    return np.array([forward * robot.max_forward_speed, _limited(2.0 * bearing + error) * robot.max_turn_rate])
+    return _command(forward * robot.max_forward_speed, _limited(2.0 * bearing + error) * robot.max_turn_rate)
 
 
 def _bearing(world: World, place: FloatArray) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -11,7 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from reward_model.scenario import Scores
-from socnav_env.config import EnvConfig, RobotConfig
+from socnav_env.actions import action_of as action_of
+from socnav_env.actions import action_space, command_of
+from socnav_env.config import EnvConfig
 from socnav_env.episode import Episode, begin_episode
 from socnav_env.layout import FloatArray
 from socnav_env.metrics import episode_metrics
@@ -24,9 +25,6 @@ if TYPE_CHECKING:
     from socnav_env.rendering import Renderer
     from socnav_env.trajectory import Trajectory
     from socnav_env.world import World
-
-RATED_SPEED = 3.5 / 9.4  # m/s, the fastest robot that the raters of SocNav2 saw
-RATED_TURN_RATE = 4.0 / 10.32  # rad/s, likewise
 
 
 class StepResult(NamedTuple):
@@ -41,8 +39,9 @@ class StepResult(NamedTuple):
 class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
     """A robot crosses a room among people and is paid for doing so in a way they find acceptable.
 
-    Action: `Box(-1, 1, (2,))`, forward and turn, as shares of the robot's top speeds. Negative forward drives
-    backwards, positive turn goes to the left. Values outside the box are clipped to it.
+    Action: `Box(-1, 1, (2,))`, forward and turn, as shares of the robot's top speeds; of a holonomic robot
+    `Box(-1, 1, (3,))`, forward, left and turn. Negative forward drives backwards, positive turn goes to the left.
+    Values outside the box are clipped to it; forward and left together are then no longer than 1.
 
     Observation: by name, see `socnav_env.observations`; "entities" is a `Dict` of flat boxes in the robot's frame.
 
@@ -55,7 +54,7 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
     Start: a room drawn with the generator that `reset(seed=)` seeds, after a warm-up in which the robot stands.
 
     Info, every step: `outcome` (None, "arrived", "collision_person", "collision_object", "collision_wall" or
-    "timeout"), `is_success`, `in_rated_range` (whether the robot's top speeds are ones that people rated),
+    "timeout"), `is_success`, `in_rated_range` (whether people rated such a robot, see `RobotConfig`),
     `reward_terms` (what each term contributed; they add up to the reward), `reward_weights`, and with a learned
     reward `q1` and `q2`, the raw scores of the last second. In an episode's last step also `episode_metrics`, see
     `socnav_env.metrics`. After a reset: `outcome`, `is_success`, `in_rated_range`.
@@ -86,10 +85,10 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
         self.reward = make_reward(reward, self.config.reward, weights)
         self.observation = make_observation(observation, self.config)
         self.observation_space = self.observation.space()
-        self.action_space = gym.spaces.Box(-1.0, 1.0, (2,), np.float32)
+        self.action_space = action_space(self.config.robot)
         self.render_mode = render_mode
         self.metadata = {**self.metadata, "render_fps": 1 / self.config.control_period}
-        self._in_rated_range = in_rated_range(self.config.robot)
+        self._in_rated_range = self.config.robot.in_rated_range
         self._episode: Episode | None = None
         self._renderer: Renderer | None = None
 
@@ -110,7 +109,7 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
     def step(self, action: ArrayLike) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Let one control period pass; see Gymnasium.
 
-        Raises `ValueError` for an action that is not two finite numbers, `ResetNeeded` after the end.
+        Raises `ValueError` for an action that is not finite numbers of its shape, `ResetNeeded` after the end.
         """
         self.require_running()
         self.advance(command_of(action, self.config.robot))
@@ -233,31 +232,3 @@ def check_options(options: dict[str, Any] | None) -> None:
     """Raise `ValueError` where `reset` was given an option: there are none."""
     if options:
         raise ValueError(f"reset has no options, got {', '.join(map(str, options))}; use config= of gym.make")
-
-
-def command_of(action: ArrayLike, robot: RobotConfig) -> FloatArray:
-    """Translate an action into a command: forward speed [m/s], turn rate [rad/s].
-
-    Raises `ValueError` for an action that is not two finite numbers.
-    """
-    values = np.asarray(action, dtype=np.float64)
-    if values.shape != (2,) or not (math.isfinite(values[0]) and math.isfinite(values[1])):
-        raise ValueError(
-            f"action must be two finite numbers (forward, turn), got {np.array2string(values, threshold=6)}"
-        )
-    forward, turn = (min(max(value, -1.0), 1.0) for value in values.tolist())
-    top_speed = robot.max_forward_speed if forward >= 0 else robot.max_backward_speed
-    return np.array([forward * top_speed, turn * robot.max_turn_rate])
-
-
-def action_of(command: FloatArray, robot: RobotConfig) -> FloatArray:
-    """Translate a command, forward speed [m/s] and turn rate [rad/s], into the action that asks for it."""
-    forward, turn = command.tolist()
-    top_speed = robot.max_forward_speed if forward >= 0 else robot.max_backward_speed
-    return np.array([forward / top_speed if top_speed else 0.0, turn / robot.max_turn_rate])
-
-
-def in_rated_range(robot: RobotConfig) -> bool:
-    """Whether this robot's top speeds are ones that the raters of SocNav2 saw."""
-    top_speed = max(robot.max_forward_speed, robot.max_backward_speed)
-    return top_speed <= RATED_SPEED + 1e-9 and robot.max_turn_rate <= RATED_TURN_RATE + 1e-9

@@ -18,7 +18,7 @@ from socnav_env.views import SceneView
 from socnav_env.world import World
 
 MAX_STARTS = 20  # scenes drawn until one survives its warm-up
-STANDING = np.zeros(2)  # command: forward speed, turn rate
+STANDING = np.zeros(3)  # command: forward speed, speed to the left, turn rate
 
 
 class Episode:
@@ -49,7 +49,7 @@ class Episode:
         return 1.0 - self.steps / self._config.max_steps
 
     def advance(self, command: FloatArray) -> None:
-        """Let a control period pass under a command: forward speed [m/s], turn rate [rad/s]."""
+        """Let a control period pass under a command, see `World.advance`."""
         self._advance_world(command)
         self.outcome = decide_outcome(self.world, self._config.max_steps - self.steps - 1)
 

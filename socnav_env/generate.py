@@ -12,6 +12,7 @@ from reward_model.graph import FrameGraph, frame_graph, select_window, wall_segm
 from reward_model.scenario import Snapshot
 from socnav_env.config import EnvConfig, PopulationConfig
 from socnav_env.drivers import DRIVERS, Driver
+from socnav_env.episode import STANDING
 from socnav_env.population import sample_layout
 from socnav_env.snapshots import Recorder
 from socnav_env.world import World
@@ -48,7 +49,7 @@ def _episode(rng: np.random.Generator) -> list[list[FrameGraph]]:
     world = World(sample_layout(config, rng), config, rng)
     recorder = Recorder(world, config.control_period)
     for _ in range(config.warm_up_steps):
-        world.advance(np.zeros(2))
+        world.advance(STANDING)
         recorder.record()
     driver = _any_driver(rng)
     chosen = set(rng.choice(_EPISODE_STEPS, WINDOWS_PER_EPISODE, replace=False).tolist())

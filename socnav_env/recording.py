@@ -23,7 +23,7 @@ from socnav_env.recording_arrays import FORMAT, RecordingError, arrays_of, layou
 from socnav_env.trajectory import Trajectory
 from socnav_env.versions import simulation_versions
 
-FORMAT_VERSION: Final = 1
+FORMAT_VERSION: Final = 2  # 2: commands have three numbers
 HEADER: Final = "header"
 HEADER_KEYS: Final = {
     "format", "format_version", "versions", "config", "random_state", "relations", "outcome", "scorer"

@@ -41,7 +41,7 @@ STATE_ARRAYS: Final[dict[str, tuple[str, Shape]]] = {
     "people_poses": ("float64", ("rows", "people", 3)),
     "people_velocities": ("float64", ("rows", "people", 3)),
     "people_targets": ("float64", ("rows", "people", 2)),
-    "commands": ("float64", ("steps", 2)),
+    "commands": ("float64", ("steps", 3)),
     "scores": ("float64", ("steps", 2)),
 }
 SCRIPT_ARRAYS: Final[dict[str, tuple[str, Shape]]] = {  # only in recordings of scenarios; there all of them
@@ -149,7 +149,7 @@ def trajectory_of(arrays: Arrays, layout: Layout, config: EnvConfig, outcome: ob
         layout=layout,
         robot_radius=config.robot.radius,
         people_radius=config.people.radius,
-        top_speed=max(config.robot.max_forward_speed, config.robot.max_backward_speed),
+        top_speed=config.robot.top_speed,
         outcome=None if outcome is None else Outcome(str(outcome)),
         **{name: arrays[name] for name in STATE_ARRAYS},
     )

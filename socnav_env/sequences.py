@@ -45,7 +45,7 @@ def trajectory_of_sequence(
         people_poses=people_poses,
         people_velocities=_rates(people_poses, times),
         people_targets=np.full((rows, num_people, 2), np.nan),
-        commands=np.array([snapshot.command[[0, 2]] for snapshot in sequence])[1:],
+        commands=np.array([snapshot.command for snapshot in sequence])[1:],
         scores=np.full((rows - 1, 2), np.nan),
         outcome=None,
     )

@@ -30,7 +30,7 @@ class Trajectory:
     robot_poses: (n + 1, 3); robot_velocities: (n + 1, 3) over ground, means over the step that led to a row
     people_poses: (n + 1, num_people, 3); people_velocities: (n + 1, num_people, 3) likewise
     people_targets: (n + 1, num_people, 2) [m] where those who walk were on their way to in the step
-    commands: (n, 2) forward speed [m/s] and turn rate [rad/s] that the robot was given for each step
+    commands: (n, 3) forward [m/s], to the left [m/s] and turn rate [rad/s] that the robot was given for each step
     scores: (n, 2) q1 and q2 after each step
     outcome: how it ended; None where that is not known, or the episode was broken off
     """
@@ -92,13 +92,13 @@ class TrajectoryRecorder:
         num_people, max_steps = world.layout.num_people, config.max_steps
         self._world = world
         self._times = np.asarray(np.arange(max_steps + 1) * config.control_period)
-        self._top_speed = max(config.robot.max_forward_speed, config.robot.max_backward_speed)
+        self._top_speed = config.robot.top_speed
         self._robot_poses = np.empty((max_steps + 1, 3))
         self._robot_velocities = np.empty((max_steps + 1, 3))
         self._people_poses = np.empty((max_steps + 1, num_people, 3))
         self._people_velocities = np.empty((max_steps + 1, num_people, 3))
         self._people_targets = np.empty((max_steps + 1, num_people, 2))
-        self._commands = np.empty((max_steps, 2))
+        self._commands = np.empty((max_steps, 3))
         self._scores = np.full((max_steps, 2), np.nan)
         self._steps = 0
         self._write_state()
@@ -110,7 +110,7 @@ class TrajectoryRecorder:
         """Write down the state that a step has led to, and how it was judged."""
         if scores is not None:
             self._scores[self._steps] = scores
-        self._commands[self._steps] = self._world.command[::2]
+        self._commands[self._steps] = self._world.command
         self._steps += 1
         self._write_state()
 

@@ -13,7 +13,8 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space, concatenate, create_empty_array
 from numpy.typing import ArrayLike, NDArray
 
-from socnav_env.env import SocNavEnv, StepResult, check_options, command_of, judge
+from socnav_env.actions import command_of
+from socnav_env.env import SocNavEnv, StepResult, check_options, judge
 from socnav_env.layout import BoolArray, FloatArray
 from socnav_env.observations import RowObservation
 from socnav_env.vector_infos import batch_infos
@@ -76,7 +77,7 @@ class SocNavVectorEnv(VectorEnv[Any, NDArray[np.float32], NDArray[Any]]):
     def step(self, actions: ArrayLike) -> tuple[Any, FloatArray, BoolArray, BoolArray, dict[str, Any]]:
         """Let one control period pass in every world; see Gymnasium.
 
-        actions: (num_envs, 2)
+        actions: (num_envs, size of an action)
         Raises `ValueError` for actions that are not finite numbers of this shape, `ResetNeeded` after the end of an
         episode that nothing resets; no world has moved then.
         """
@@ -94,7 +95,7 @@ class SocNavVectorEnv(VectorEnv[Any, NDArray[np.float32], NDArray[Any]]):
         """Let one control period pass in some of the worlds and reset none: for loops of one's own.
 
         chosen: indices of worlds whose episodes go on
-        actions: (num_envs, 2), of which those of the chosen are read
+        actions: (num_envs, size of an action), of which those of the chosen are read
         Returns a result for each of them, in their order; what they see is in `observations`. Raises as `step`.
         """
         envs = [self.envs[index] for index in chosen]
@@ -174,8 +175,8 @@ class SocNavVectorEnv(VectorEnv[Any, NDArray[np.float32], NDArray[Any]]):
 
     def _commands(self, chosen: Sequence[int], actions: ArrayLike) -> list[FloatArray]:
         values = np.asarray(actions, dtype=np.float64)
-        if values.shape != (self.num_envs, 2):
-            raise ValueError(f"actions must have shape {(self.num_envs, 2)}, got {values.shape}")
+        if values.shape != self.action_space.shape:
+            raise ValueError(f"actions must have shape {self.action_space.shape}, got {values.shape}")
         try:
             return [command_of(values[index], self.envs[index].config.robot) for index in chosen]
         except ValueError as error:

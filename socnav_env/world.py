@@ -17,6 +17,7 @@ from socnav_env.config import EnvConfig
 from socnav_env.frames import pose_rates
 from socnav_env.geometry import box_distances, boxes_of, wall_distances
 from socnav_env.layout import BoolArray, FloatArray, IntArray, Layout, Script
+from socnav_env.motors import STANDING, Motors
 from socnav_env.pedestrians import (
     Surroundings,
     anyone_needs_target,
@@ -82,7 +83,8 @@ class World:
         self._bodies[:-1, :3] = layout.people_poses[self._walks]
         self._bodies[-1, :3] = layout.robot_pose
         self._before = self._bodies[:, :3].copy()
-        self._command = 0.0, 0.0
+        self._command = STANDING
+        self._motors = Motors(config.robot)
         self._touched: set[int] = set()
         self._walkers = walkers_of(
             layout.people_poses[self._walks], layout.people_group[self._walks], config.people, rng
@@ -98,13 +100,14 @@ class World:
     def advance(self, command: FloatArray) -> None:
         """Simulate one control period.
 
-        command: (2,) forward speed [m/s] and turn rate [rad/s] of the robot. It stops for the rest of the period
-        where it touches something.
+        command: (3,) forward speed [m/s], speed to the left [m/s] and turn rate [rad/s] of the robot. It stops for
+        the rest of the period where it touches something.
         """
         if self.layout.script is not None and self._periods < 0:
             self._recall(self.layout.script)
             return
-        self._command = float(command[0]), float(command[1])
+        self._command = float(command[0]), float(command[1]), float(command[2])
+        self._motors.command(self._command, self._rng)
         self._before[:] = self._bodies[:, :3]
         self._touched.clear()
         people, step = self.config.people, self.config.physics_step
@@ -137,8 +140,8 @@ class World:
 
     @property
     def command(self) -> FloatArray:
-        """What the robot was last told: (3,) forward [m/s], to the left (always 0) [m/s], turn rate [rad/s]."""
-        return np.array([self._command[0], 0.0, self._command[1]])
+        """What the robot was last told: (3,) forward [m/s], to the left [m/s], turn rate [rad/s]."""
+        return np.array(self._command)
 
     @property
     def robot_radius(self) -> float:
@@ -225,7 +228,9 @@ class World:
         """Let a control period of the warm-up pass as the script tells it."""
         row, period = self._periods + self.config.warm_up_steps, self.config.control_period
         self._periods += 1
-        self._command = float(script.commands[row, 0]), float(script.commands[row, 2])
+        forward, left, turn_rate = script.commands[row].tolist()
+        self._command = forward, left, turn_rate
+        self._motors.resume(self._command)
         robot, people = script.robot_poses[row : row + 2], script.people_poses[row : row + 2]
         self._robot_pose, self._people_poses = robot[1].copy(), people[1].copy()
         self._robot_velocity = pose_rates(robot[:1], robot[1:], period)[0]
@@ -233,9 +238,14 @@ class World:
 
     def _drive(self, step: float) -> None:
         """Write the robot's velocity: along the heading that it has halfway through the step."""
-        speed, turn_rate = (0.0, 0.0) if self._touched else self._command
+        if self._touched:
+            self._motors.stop()
+            self._velocities[-1] = STANDING
+            return
+        forward, left, turn_rate = self._motors.velocity(step)
         heading = float(self._bodies[-1, 2]) + turn_rate * step / 2
-        self._velocities[-1] = speed * math.cos(heading), speed * math.sin(heading), turn_rate
+        cosine, sine = math.cos(heading), math.sin(heading)
+        self._velocities[-1] = forward * cosine - left * sine, forward * sine + left * cosine, turn_rate
 
     def _surroundings(self) -> Surroundings:
         standing = self.layout.people_poses[~self._walks]

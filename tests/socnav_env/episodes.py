@@ -39,7 +39,7 @@ def make_trajectory(
         "people_poses": poses,
         "people_velocities": np.concatenate([np.zeros((1, poses.shape[1], 3)), np.diff(poses, axis=0) / 0.2]),
         "people_targets": poses[..., :2].copy(),
-        "commands": np.zeros((rows - 1, 2)),
+        "commands": np.zeros((rows - 1, 3)),
         "scores": np.full((rows - 1, 2), np.nan),
         "outcome": outcome,
     }

@@ -52,9 +52,9 @@ class PuppetWorld:
         self.at_goal = False
 
     def advance(self, command: FloatArray) -> None:
-        forward, turn = command
+        forward, _, turn = command
         heading = self.robot_pose[2]
-        self.command = np.array([forward, 0.0, turn])
+        self.command = command.copy()
         self.robot_velocity = np.array([forward * np.cos(heading), forward * np.sin(heading), turn])
         self.robot_pose = self.robot_pose + self.control_period * self.robot_velocity
         self.people_poses = self.people_poses + self.control_period * self.people_velocities

@@ -58,6 +58,10 @@ def test_a_dict_and_back():
             {"robot": {"min_goal_distance": 0.4}},
             "robot.min_goal_distance must be larger than robot.arrival_radius, got 0.4 and 0.5",
         ),
+        ({"robot": {"drive": "legs"}}, "robot.drive must be one of differential, holonomic, got 'legs'"),
+        ({"robot": {"max_acceleration": 0}}, "robot.max_acceleration must be a number of at least 0.001, got 0"),
+        ({"robot": {"turn_noise": -1}}, "robot.turn_noise must be a number of at least 0, got -1"),
+        ({"robot": {"speed_noise": 2.0}}, "robot: at top speed .* got 8.85762 m/s x 0.05 s and 0.25 m"),
         ({"robot": {"max_forward_speed": 6.0}}, "robot: at top speed .* got 6 m/s x 0.05 s and 0.25 m"),
         (
             {"population": {"still": [30, 30]}, "room": {"kinds": ["rectangle"]}},

@@ -30,10 +30,11 @@ def test_commands_stay_within_the_robot(name):
     world = World(sample_layout(config, rng), config, rng)
     driver = DRIVERS[name](rng)
     for _ in range(50):
-        forward, turn = driver.command(world, rng)
+        forward, left, turn = driver.command(world, rng)
+        assert left == 0.0
         assert -config.robot.max_backward_speed <= forward <= config.robot.max_forward_speed
         assert abs(turn) <= config.robot.max_turn_rate
-        world.advance(np.array([forward, turn]))
+        world.advance(np.array([forward, left, turn]))
 
 
 def test_goal_seeker_comes_closer():

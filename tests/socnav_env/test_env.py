@@ -10,7 +10,7 @@ from gymnasium.utils.env_checker import check_env as gymnasium_check
 import socnav_env
 from reward_model.scenario import Sequence
 from socnav_env.config import EnvConfig, PopulationConfig, RobotConfig
-from socnav_env.env import SocNavEnv, command_of, in_rated_range
+from socnav_env.env import SocNavEnv
 from socnav_env.metrics import METRICS
 from socnav_env.observations import OBSERVATIONS
 from socnav_env.outcomes import Outcome
@@ -188,21 +188,6 @@ def test_an_action_that_is_not_two_numbers_is_refused_and_changes_nothing(action
     assert info["outcome"] is None
 
 
-@pytest.mark.parametrize(
-    ("action", "command"),
-    [
-        ([1.0, 1.0], [0.3, 0.5]),
-        ([-1.0, -1.0], [-0.2, -0.5]),
-        ([0.5, -0.5], [0.15, -0.25]),
-        ([7.0, -9.0], [0.3, -0.5]),
-        ([0, 0], [0.0, 0.0]),
-    ],
-)
-def test_actions_are_shares_of_the_top_speeds_and_clipped(action: list[float], command: list[float]) -> None:
-    robot = RobotConfig(max_forward_speed=0.3, max_backward_speed=0.2, max_turn_rate=0.5)
-    np.testing.assert_allclose(command_of(action, robot), command)
-
-
 def test_an_action_is_not_written_to() -> None:
     action = np.array([3.0, -3.0])
     env = make(reward="sparse").unwrapped
@@ -227,11 +212,13 @@ def test_positive_turns_go_to_the_left() -> None:
         (RobotConfig(max_forward_speed=0.38), False),
         (RobotConfig(max_backward_speed=0.5), False),
         (RobotConfig(max_turn_rate=0.4), False),
+        (RobotConfig(max_sideways_speed=9.9), True),
+        (RobotConfig(drive="holonomic"), False),
         (RobotConfig(max_forward_speed=0.1, max_backward_speed=0.0, max_turn_rate=0.1), True),
     ],
 )
 def test_info_says_whether_people_rated_such_a_robot(robot: RobotConfig, rated: bool) -> None:
-    assert in_rated_range(robot) is rated
+    assert robot.in_rated_range is rated
     env = make(reward="sparse", config=EnvConfig(robot=robot))
     assert env.reset(seed=1)[1]["in_rated_range"] is rated
     assert env.step(STAND)[4]["in_rated_range"] is rated

@@ -9,7 +9,7 @@ from socnav_env.episode import MAX_STARTS, Episode, begin_episode
 from socnav_env.outcomes import Outcome
 from tests.socnav_env.puppets import PuppetWorld
 
-DRIVE = np.array([0.3, 0.0])
+DRIVE = np.array([0.3, 0.0, 0.0])
 
 
 def started(judged: bool = False, **changes) -> Episode:

@@ -181,7 +181,7 @@ def test_nothing_is_unpickled(file: Path) -> None:
     ("header", "message"),
     [
         ({"format": "other"}, "must be a socnav2-trajectory file"),
-        ({"format_version": 2}, f"format_version must be {FORMAT_VERSION}, got 2; record it again"),
+        ({"format_version": 1}, f"format_version must be {FORMAT_VERSION}, got 1; record it again"),
         ({"new": 1}, "check new"),
         ({"versions": ["numpy"]}, "versions must give a text for each name"),
         ({"config": {"robots": 1}}, "config: unknown key robots"),
@@ -210,7 +210,7 @@ def test_a_header_that_breaks_a_rule_is_refused(file: Path, header: dict, messag
         ({"goal": np.array([0.0, np.nan])}, "goal must be finite numbers"),
         ({"times": np.zeros(11)}, "times must rise"),
         ({"times": np.arange(5.0)}, "must have shape (5, 3), got (11, 3)"),
-        ({"commands": np.zeros((3, 2))}, "commands must have shape (10, 2), got (3, 2)"),
+        ({"commands": np.zeros((3, 3))}, "commands must have shape (10, 3), got (3, 3)"),
         ({"corners": np.zeros((2, 2))}, "corners must be at least three, got 2"),
         ({"object_kinds": None}, "object_kinds is missing"),
     ],

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from reward_model.socnav2_json import read_socnav2, write_socnav2
-from socnav_env.config import EnvConfig, PopulationConfig
+from socnav_env.config import EnvConfig, PopulationConfig, RobotConfig
 from socnav_env.env import SocNavEnv
 from socnav_env.metrics import episode_metrics
 from socnav_env.recording import Recording, RecordTrajectory, read_recording, record_episode, write_recording
@@ -52,6 +52,21 @@ def test_an_episode_in_the_middle_of_a_generators_life_is_repeated(tmp_path: Pat
     for file in files:
         recording = read_recording(file)
         assert first_difference(recording.trajectory, replay(recording)) is None
+
+
+def test_a_holonomic_robot_with_noise_and_inertia_is_repeated_bit_for_bit(tmp_path: Path) -> None:
+    robot = RobotConfig(drive="holonomic", max_acceleration=0.5, speed_noise=0.02, turn_noise=0.1)
+    env = RecordTrajectory(SocNavEnv(reward="sparse", config=EnvConfig(time_limit=3.0, robot=robot)), tmp_path)
+    env.action_space.seed(0)
+    env.reset(seed=2)
+    for _ in range(12):
+        env.step(env.action_space.sample())
+    env.close()
+    recording = read_recording(tmp_path / "episode-000000.npz")
+    assert np.abs(recording.trajectory.commands).min(axis=0).all()
+    assert first_difference(recording.trajectory, replay(recording)) is None
+    sideways = recorded_sequence(recording, "scene").last.command[1]
+    assert sideways == recording.trajectory.commands[-1, 1]
 
 
 def test_the_first_difference_is_found_down_to_the_last_bit(recording: Recording) -> None:

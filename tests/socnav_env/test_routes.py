@@ -52,7 +52,7 @@ def paths(episode: Episode, steps: int) -> np.ndarray:
     """Where the walker is after each step."""
     places = []
     for _ in range(steps):
-        episode.advance(np.zeros(2))
+        episode.advance(np.zeros(3))
         episode.conclude(None)
         places.append(episode.world.people_poses[1, :2])
     return np.array(places)

@@ -58,7 +58,7 @@ def test_a_scene_is_put_back_into_its_room() -> None:
     np.testing.assert_allclose(trajectory.people_poses[2, 1], [1.0, 0.15, np.pi / 2])
     np.testing.assert_allclose(trajectory.people_velocities[1:, 0], [[0.0, 0.5, 0.0]] * 2, atol=1e-9)
     assert np.isnan(trajectory.robot_velocities[0]).all()
-    np.testing.assert_array_equal(trajectory.commands, [[0.3, 0.1]] * 2)
+    np.testing.assert_array_equal(trajectory.commands, [[0.3, 0.0, 0.1]] * 2)
     assert (trajectory.robot_radius, trajectory.people_radius, trajectory.outcome) == (0.3, 0.2, None)
     layout = trajectory.layout
     np.testing.assert_allclose(layout.goal, [0.0, 1.0], atol=1e-9)

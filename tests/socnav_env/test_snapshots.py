@@ -15,7 +15,7 @@ PERIOD = 0.2  # s
 def recorded(world: PuppetWorld, *commands: tuple[float, float]) -> Recorder:
     recorder = Recorder(world, PERIOD)
     for command in commands:
-        world.advance(np.array(command))
+        world.advance(np.array([command[0], 0.0, command[1]]))
         recorder.record()
     return recorder
 
@@ -86,7 +86,7 @@ def test_snapshots_keep_their_numbers_when_later_ones_are_taken() -> None:
     recorder = recorded(world, (0.5, 0.1))
     snapshot = recorder.snapshots[-1]
     poses, velocities = snapshot.people.poses.copy(), snapshot.people.velocities.copy()
-    world.advance(np.array([0.5, 0.1]))
+    world.advance(np.array([0.5, 0.0, 0.1]))
     recorder.record()
     np.testing.assert_array_equal(snapshot.people.poses, poses)
     np.testing.assert_array_equal(snapshot.people.velocities, velocities)
@@ -97,7 +97,7 @@ def test_a_window_has_frames_a_second_apart_newest_first() -> None:
     recorder = Recorder(world, PERIOD)
     frames = [recorder.window()[0]]
     for _ in range(14):
-        world.advance(np.array([0.1, 0.0]))
+        world.advance(np.array([0.1, 0.0, 0.0]))
         recorder.record()
         frames.append(recorder.window()[0])
     window = recorder.window()
@@ -115,7 +115,7 @@ def test_as_many_snapshots_are_kept_as_a_window_reaches_across(period: float, fr
     world = PuppetWorld(control_period=period)
     recorder = Recorder(world, period)
     for _ in range(2 * frames):
-        world.advance(np.array([0.1, 0.0]))
+        world.advance(np.array([0.1, 0.0, 0.0]))
         recorder.record()
         wanted = sequence_frames(Sequence(recorder.snapshots))
         assert len(recorder.window()) == len(wanted)
@@ -131,7 +131,7 @@ def test_a_window_is_what_the_same_snapshots_give_as_a_recorded_sequence() -> No
     world = World(sample_layout(config, random), config, random)
     recorder = Recorder(world, config.control_period)
     for _ in range(23):
-        world.advance(np.array([0.2, 0.3]))
+        world.advance(np.array([0.2, 0.0, 0.3]))
         recorder.record()
     pairs = list(zip(recorder.window(), sequence_frames(Sequence(recorder.snapshots)), strict=True))
     assert len(pairs) == 3

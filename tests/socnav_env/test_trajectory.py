@@ -13,7 +13,7 @@ def test_a_recording_has_a_row_for_the_start_and_one_a_step() -> None:
     world.people_velocities[0] = [0.0, -0.5, 0.0]
     recorder = TrajectoryRecorder(world, EnvConfig(time_limit=1.0))
     for scores in (Scores(0.9, 0.8), None, Scores(0.7, 0.6)):
-        world.advance(np.array([0.3, 0.0]))
+        world.advance(np.array([0.3, 0.0, 0.0]))
         recorder.record(scores)
     trajectory = recorder.trajectory(Outcome.TIMEOUT)
     assert len(trajectory) == 3
@@ -22,7 +22,7 @@ def test_a_recording_has_a_row_for_the_start_and_one_a_step() -> None:
     assert trajectory.top_speed == pytest.approx(0.372, abs=1e-3)
     np.testing.assert_allclose(trajectory.times, [0.0, 0.2, 0.4, 0.6])
     np.testing.assert_allclose(trajectory.durations, [0.2, 0.2, 0.2])
-    np.testing.assert_array_equal(trajectory.commands, [[0.3, 0.0]] * 3)
+    np.testing.assert_array_equal(trajectory.commands, [[0.3, 0.0, 0.0]] * 3)
     np.testing.assert_array_equal(trajectory.people_targets[3], [[1.0, 2.0], [1.0, -1.0]])
     np.testing.assert_allclose(trajectory.robot_poses[:, 0], [0.0, 0.06, 0.12, 0.18])
     np.testing.assert_allclose(trajectory.robot_velocities[:, 0], [0.0, 0.3, 0.3, 0.3])

@@ -13,8 +13,8 @@ from socnav_env.population import sample_layout
 from socnav_env.rooms import l_room, rectangular_room
 from socnav_env.world import Contacts, World
 
-STAND = np.zeros(2)
-FORWARD = np.array([0.3, 0.0])  # m/s, rad/s
+STAND = np.zeros(3)
+FORWARD = np.array([0.3, 0.0, 0.0])  # m/s, m/s, rad/s
 
 
 def layout_with(robot=(0.0, 0.0, 0.0), people=(), walk=(), groups=None, tables=(), goal=(0.0, 4.0), room=None):
@@ -57,16 +57,40 @@ def test_the_robot_does_what_it_is_told():
     assert world.robot_pose == pytest.approx([0.0, 0.6, math.pi / 2])
     assert world.robot_velocity == pytest.approx([0.0, 0.3, 0.0])
     assert world.command.tolist() == [0.3, 0.0, 0.0]
-    run(world, np.array([-0.2, 0.0]), 5)
+    run(world, np.array([-0.2, 0.0, 0.0]), 5)
     assert world.robot_pose == pytest.approx([0.0, 0.4, math.pi / 2])
 
 
 def test_driving_and_turning_follow_a_circle():
-    world = run(world_of(layout_with()), np.array([0.3, 0.3]), 25)
+    world = run(world_of(layout_with()), np.array([0.3, 0.0, 0.3]), 25)
     assert world.robot_pose == pytest.approx([math.sin(1.5), 1 - math.cos(1.5), 1.5], abs=1e-4)
-    run(world, np.array([0.0, 0.3]), 35)
+    run(world, np.array([0.0, 0.0, 0.3]), 35)
     assert world.robot_pose[2] == pytest.approx(3.6 - 2 * math.pi)
     assert world.robot_velocity == pytest.approx([0.0, 0.0, 0.3])
+
+
+def test_a_holonomic_robot_drives_to_its_left():
+    world = world_of(layout_with(robot=(0.0, 0.0, math.pi / 2)), robot={"drive": "holonomic"})
+    run(world, np.array([0.1, 0.3, 0.0]), 10)
+    assert world.robot_pose == pytest.approx([-0.6, 0.2, math.pi / 2])
+    assert world.command.tolist() == [0.1, 0.3, 0.0]
+
+
+def test_a_robot_of_limited_acceleration_takes_its_time():
+    world = world_of(layout_with(), robot={"max_acceleration": 0.5})
+    world.advance(FORWARD)
+    assert world.robot_pose[0] == pytest.approx(0.05 * (0.025 + 0.05 + 0.075 + 0.1))
+    run(world, FORWARD, 4)
+    assert world.robot_velocity == pytest.approx([0.3, 0.0, 0.0])
+
+
+def test_noise_in_the_motors_is_the_episodes_own():
+    def end(seed, **robot):
+        return run(world_of(layout_with(), seed, robot=robot), FORWARD, 20).robot_pose.tolist()
+
+    noise = {"speed_noise": 0.05, "turn_noise": 0.05}
+    assert end(1, **noise) == end(1, **noise) != end(2, **noise)
+    assert end(1) == end(2) == pytest.approx([1.2, 0.0, 0.0])
 
 
 @pytest.mark.parametrize(
@@ -218,7 +242,7 @@ for seed in range(5):
     rng = np.random.default_rng(seed)
     world = World(sample_layout(config, rng), config, rng)
     for step in range(100):
-        world.advance(np.array([0.3, 0.3 * np.sin(step / 10)]))
+        world.advance(np.array([0.3, 0.0, 0.3 * np.sin(step / 10)]))
         digest.update(world.people_poses.tobytes() + world.robot_pose.tobytes())
 print(digest.hexdigest())
 """

@@ -1,0 +1,53 @@
+"""From actions, shares of the robot's top speeds, to commands in SI units, and back.
+
+A command is (3,) forward speed [m/s], speed to the left [m/s] and turn rate [rad/s], whatever the robot's drive; a
+differential one is never told to drive to the left.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import ArrayLike, NDArray
+
+from socnav_env.layout import FloatArray
+from socnav_env.robot_config import RobotConfig
+
+
+def action_space(robot: RobotConfig) -> spaces.Space[NDArray[np.float32]]:
+    """Return the box of actions: forward and turn, or forward, left and turn for a holonomic robot."""
+    return spaces.Box(-1.0, 1.0, (3,) if robot.is_holonomic else (2,), np.float32)
+
+
+def command_of(action: ArrayLike, robot: RobotConfig) -> FloatArray:
+    """Translate an action into a command.
+
+    Values outside the box are clipped to it; forward and left together are then no longer than 1.
+    Raises `ValueError` for an action that is not as many finite numbers as the robot takes.
+    """
+    values = np.asarray(action, dtype=np.float64)
+    size = 3 if robot.is_holonomic else 2
+    if values.shape != (size,) or not all(map(math.isfinite, values.tolist())):
+        expected = "three finite numbers (forward, left, turn)" if size == 3 else "two finite numbers (forward, turn)"
+        raise ValueError(f"action must be {expected}, got {np.array2string(values, threshold=6)}")
+    forward, *sideways, turn = (min(max(value, -1.0), 1.0) for value in values.tolist())
+    left = sideways[0] if sideways else 0.0
+    length = math.hypot(forward, left)
+    if length > 1.0:
+        forward, left = forward / length, left / length
+    top_speed = robot.max_forward_speed if forward >= 0 else robot.max_backward_speed
+    return np.array([forward * top_speed, left * robot.max_sideways_speed, turn * robot.max_turn_rate])
+
+
+def action_of(command: FloatArray, robot: RobotConfig) -> FloatArray:
+    """Translate a command into the action, (2,) or (3,), that asks for it."""
+    forward, left, turn = command.tolist()
+    top_speed = robot.max_forward_speed if forward >= 0 else robot.max_backward_speed
+    shares = [_share(forward, top_speed), _share(left, robot.max_sideways_speed), turn / robot.max_turn_rate]
+    return np.array(shares if robot.is_holonomic else shares[::2])
+
+
+def _share(speed: float, top_speed: float) -> float:
+    return speed / top_speed if top_speed else 0.0
