@@ -49,7 +49,7 @@ class TrainingConfig:
     total_timesteps: int = 700_000
     """Control steps to train for, all environments together."""
     reward: str = "learned"
-    """Reward to train with, by name."""
+    """Reward to train with, by name, or a mix such as learned+0.5*crowdnav."""
     weights: str = "default"
     """Weights of the learned reward: default, published or a path."""
     num_envs: int = 32

@@ -25,10 +25,6 @@ COMPARED = ("random", "straight")  # baselines evaluated beside the trained agen
 
 def check_environment(config: TrainingConfig) -> None:
     """Raise `AgentError` in one line if the environment cannot be made, before anything is written."""
-    from socnav_env.rewards import REWARDS
-
-    if config.reward not in REWARDS:
-        raise AgentError(f"unknown reward {config.reward!r}; valid are {', '.join(sorted(REWARDS))}")
     try:
         environment_maker(config)().close()
     except (ValueError, OSError) as error:
@@ -57,10 +53,10 @@ def new_folder(config: TrainingConfig, wanted: Path | None) -> Path:
         if (wanted / CONFIG_FILE).exists():
             raise AgentError(f"{wanted}: already holds a run; continue it with --resume {wanted} or choose another")
         return wanted
-    number = 1
-    while (RUNS_FOLDER / f"ppo-{config.reward}-{number}").exists():
+    number, name = 1, config.reward.replace("*", "x")  # of a mix
+    while (RUNS_FOLDER / f"ppo-{name}-{number}").exists():
         number += 1
-    return RUNS_FOLDER / f"ppo-{config.reward}-{number}"
+    return RUNS_FOLDER / f"ppo-{name}-{number}"
 
 
 def run(config: TrainingConfig, folder: Path, make: EnvironmentMaker, console: Console) -> bool:

@@ -38,7 +38,7 @@ class Options:
     total_timesteps: int = TrainingConfig.total_timesteps
     """Control steps to train for, all environments together."""
     reward: str = TrainingConfig.reward
-    """Reward to train with: learned, q2, crowdnav, sparse, ..."""
+    """Reward to train with: learned, q1, q2, crowdnav, dsrnn, sparse, or a mix such as learned+0.5*crowdnav."""
     num_envs: int = TrainingConfig.num_envs
     """Environments that run side by side."""
     seed: int = TrainingConfig.seed

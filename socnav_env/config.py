@@ -15,6 +15,7 @@ from socnav_env.checks import ConfigError as ConfigError
 from socnav_env.checks import check_number, check_whole
 from socnav_env.people_config import MAX_HASTE as MAX_HASTE
 from socnav_env.people_config import PeopleConfig as PeopleConfig
+from socnav_env.reward_config import RewardConfig as RewardConfig
 from socnav_env.robot_config import MOST_NOISE
 from socnav_env.robot_config import RobotConfig as RobotConfig
 from socnav_env.scene_config import AT_LAPTOP as AT_LAPTOP
@@ -32,28 +33,6 @@ from socnav_env.scene_config import TALKING as TALKING
 from socnav_env.scene_config import WALKING_TOGETHER as WALKING_TOGETHER
 from socnav_env.scene_config import PopulationConfig as PopulationConfig
 from socnav_env.scene_config import RoomConfig as RoomConfig
-
-
-@dataclass(frozen=True)
-class RewardConfig:
-    """Weights of the named reward terms.
-
-    social: of Q2 - 1 (or Q2) each step, arrival and contact: once, at the end; for the learned rewards
-    crowdnav_*: Chen et al. 2019: arrival, contact, and discomfort within a surface distance [m]
-    """
-
-    social: float = 1.0
-    arrival: float = 50.0
-    contact: float = -50.0
-    crowdnav_arrival: float = 1.0
-    crowdnav_contact: float = -0.25
-    crowdnav_discomfort: float = 0.5
-    crowdnav_discomfort_distance: float = 0.2
-
-    def __post_init__(self) -> None:
-        for each in dataclasses.fields(self):
-            check_number(f"reward.{each.name}", getattr(self, each.name), -math.inf, math.inf)
-        check_number("reward.crowdnav_discomfort_distance", self.crowdnav_discomfort_distance, 0, math.inf)
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import gymnasium as gym
@@ -59,7 +59,7 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
     reward `q1` and `q2`, the raw scores of the last second. In an episode's last step also `episode_metrics`, see
     `socnav_env.metrics`. After a reset: `outcome`, `is_success`, `in_rated_range`.
 
-    reward: a name or an object with the `Reward` protocol
+    reward: a name, a mix (see `make_reward`), or an object with the `Reward` protocol
     observation: a name or an object with the `Observation` protocol
     config: everything else that can be set; default `EnvConfig()`
     render_mode: None, "rgb_array" or "human"
@@ -72,7 +72,7 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
 
     def __init__(
         self,
-        reward: str | Reward = "learned",
+        reward: str | Mapping[str, float] | Reward = "learned",
         observation: str | Observation = "entities",
         config: EnvConfig | None = None,
         render_mode: str | None = None,

@@ -55,7 +55,10 @@ def test_configs_survive_json() -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--reward", "lerned"], "unknown reward 'lerned'; valid are crowdnav, learned, q2, sparse"),
+        (
+            ["--reward", "lerned"],
+            "reward must be one of learned, q1, q2, crowdnav, dsrnn, sparse, mix or",
+        ),
         (["--total-timesteps", "-5"], "total_timesteps must be at least 1, got -5"),
         (["--num-envs", "0"], "num_envs must be at least 1, got 0"),
         (["--ppo.gamma", "1.5"], "ppo.gamma must be from 0 to 1, got 1.5"),
@@ -91,7 +94,7 @@ def test_a_resumed_run_keeps_its_settings(capsys: pytest.CaptureFixture[str], tm
     [
         (["evaluate", "nobody"], "no agent 'nobody'; valid are random, straight"),
         (["evaluate", "random", "--episodes", "0"], "episodes must be at least 1, got 0"),
-        (["evaluate", "random", "--reward", "none"], "unknown reward 'none'; valid are crowdnav"),
+        (["evaluate", "random", "--reward", "none"], "reward must be one of learned"),
     ],
 )
 def test_evaluate_refuses_bad_input_in_one_line(

@@ -1,5 +1,6 @@
 import subprocess
 import sys
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,7 +10,17 @@ from reward_model.scenario import Scores
 from socnav_env import rewards
 from socnav_env.config import RewardConfig
 from socnav_env.outcomes import Outcome
-from socnav_env.rewards import REWARDS, CrowdNavReward, LearnedReward, Moment, Reward, make_reward, weighted_terms
+from socnav_env.rewards import (
+    REWARDS,
+    CrowdNavReward,
+    LearnedReward,
+    MixedReward,
+    Moment,
+    RawScoreReward,
+    Reward,
+    make_reward,
+    weighted_terms,
+)
 from tests.socnav_env.puppets import PuppetWorld, make_layout
 
 SCORER = SimpleNamespace(name="fixed", score_windows=lambda windows: np.full((len(windows), 2), 0.5, np.float32))
@@ -72,6 +83,84 @@ def test_crowdnav_counts_discomfort_only_where_nothing_better_is_known(outcome: 
     assert sum(weighted_terms(reward, moment(outcome, clearance=0.1)).values()) == pytest.approx(total)
 
 
+def test_q1_knows_only_of_disturbance() -> None:
+    reward = make_reward("q1", RewardConfig(social=2.0))
+    assert weighted_terms(reward, moment(Outcome.ARRIVED, Scores(0.25, 1.0))) == {"q1": 0.5}
+
+
+@pytest.mark.parametrize(
+    ("outcome", "clearance", "expected"),
+    [
+        (None, 9.0, {"progress": 2 * 0.05}),
+        (None, 0.2500001, {"progress": 2 * 0.05}),
+        (None, 0.15, {"discomfort": 10 * (0.15 - 0.25) * 0.2}),
+        (Outcome.TIMEOUT, 0.15, {"discomfort": 10 * (0.15 - 0.25) * 0.2}),
+        (Outcome.TIMEOUT, 9.0, {"progress": 2 * 0.05}),
+        (Outcome.ARRIVED, 0.15, {"arrival": 10.0}),
+        (Outcome.COLLISION_PERSON, -0.01, {"contact": -20.0}),
+    ],
+)
+def test_dsrnn_pays_progress_where_nobody_is_near(outcome: Outcome | None, clearance: float, expected: dict) -> None:
+    terms = weighted_terms(make_reward("dsrnn", RewardConfig()), moment(outcome, clearance=clearance))
+    zeros = {"progress": 0.0, "discomfort": 0.0, "arrival": 0.0, "contact": 0.0}
+    assert terms == pytest.approx({**zeros, **expected})
+
+
+def test_dsrnn_charges_what_its_authors_do_in_their_steps() -> None:
+    step = replace(moment(clearance=0.05), duration=0.25)
+    assert weighted_terms(make_reward("dsrnn", RewardConfig()), step)["discomfort"] == pytest.approx(2.5 * -0.2)
+
+
+@pytest.mark.parametrize(
+    "mix",
+    [
+        "learned+0.5*crowdnav",
+        " 1*learned + 0.5*crowdnav ",
+        {"learned": 1.0, "crowdnav": 0.5},
+        "mix",
+    ],
+)
+def test_a_mix_adds_up_its_parts_under_their_names(mix: str | dict[str, float]) -> None:
+    config = RewardConfig(mix=(("learned", 1.0), ("crowdnav", 0.5)))
+    reward = make_reward(mix, config)
+    assert reward.scorer is SCORER
+    assert weighted_terms(reward, moment(Outcome.ARRIVED, Scores(0.5, 0.75))) == {
+        "learned.social": -0.25,
+        "learned.arrival": 50.0,
+        "learned.contact": 0.0,
+        "crowdnav.discomfort": 0.0,
+        "crowdnav.arrival": 0.5,
+        "crowdnav.contact": 0.0,
+    }
+
+
+def test_a_mix_of_objects_needs_one_scorer() -> None:
+    ours, theirs = SCORER, SimpleNamespace(name="theirs", score_windows=SCORER.score_windows)
+    parts = {"a": (1.0, RawScoreReward({"q2": 1.0}, ours)), "b": (1.0, RawScoreReward({"q1": 1.0}, theirs))}
+    with pytest.raises(ValueError, match="the rewards of a mix must share one scorer, got fixed, theirs"):
+        MixedReward(parts)
+    assert MixedReward({"a": parts["a"], "c": (2.0, make_reward("sparse", RewardConfig()))}).scorer is ours
+    assert MixedReward({"c": (2.0, make_reward("sparse", RewardConfig()))}).scorer is None
+
+
+@pytest.mark.parametrize(
+    ("mix", "message"),
+    [
+        ({}, "a mix must have at least one reward, got none"),
+        ({"fame": 1.0}, "a mix of rewards must be of learned, q1, q2, crowdnav, dsrnn, sparse, got 'fame'"),
+        ({"mix": 1.0}, "a mix of rewards must be of learned, q1, q2, crowdnav, dsrnn, sparse, got 'mix'"),
+        ({"learned": np.nan}, "the share of learned in a mix of rewards must be a number, got nan"),
+        ("inf*learned", "the share of learned in a mix of rewards must be a number, got inf"),
+        ("learned+", "got 'learned\\+'"),
+        ("two*learned", "got 'two\\*learned'"),
+        ("q1+q1", "got 'q1\\+q1'"),
+    ],
+)
+def test_a_mix_that_is_none_is_refused(mix: str | dict[str, float], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        make_reward(mix, RewardConfig())
+
+
 def test_crowdnav_is_at_ease_in_an_empty_room() -> None:
     world = PuppetWorld(make_layout(people_poses=np.zeros((0, 3)), interaction_pairs=np.zeros((0, 2), dtype=np.int64)))
     reward = make_reward("crowdnav", RewardConfig())
@@ -95,12 +184,14 @@ def test_an_object_is_taken_as_it_is() -> None:
 
 @pytest.mark.parametrize("stranger", [7, None, CrowdNavReward])
 def test_what_is_not_a_reward_is_refused(stranger: object) -> None:
-    with pytest.raises(ValueError, match=r"reward must be one of learned, q2, crowdnav, sparse or an object with"):
+    with pytest.raises(ValueError, match=r"reward must be one of learned, q1, .*, mix or an object with"):
         make_reward(stranger, RewardConfig())
 
 
 def test_an_unknown_name_is_answered_with_the_valid_ones() -> None:
-    with pytest.raises(ValueError, match=r"reward must be one of learned, q2, crowdnav, sparse .* got 'learnt'"):
+    with pytest.raises(
+        ValueError, match=r"reward must be one of learned, q1, .* mix such as learned\+0.5\*crowdnav, got 'learnt'"
+    ):
         make_reward("learnt", RewardConfig())
 
 

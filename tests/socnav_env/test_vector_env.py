@@ -1,3 +1,5 @@
+from typing import ClassVar
+
 import gymnasium as gym
 import numpy as np
 import pytest
@@ -121,6 +123,42 @@ def test_one_call_judges_all_worlds(feature_reward, feature_scorer) -> None:
     for _ in range(8):
         envs.step(STAND)
     assert calls == [3] * 7  # in the eighth step all begin anew
+
+
+@pytest.mark.parametrize("mix", ["learned+q1+0.5*crowdnav", {"learned": 1.0, "q1": 1.0, "crowdnav": 0.5}])
+@pytest.mark.usefixtures("without_weights")
+def test_a_mix_is_scored_once_a_step(mix, feature_scorer, monkeypatch: pytest.MonkeyPatch) -> None:
+    calls = []
+    score = feature_scorer.score_windows
+    monkeypatch.setattr(feature_scorer, "score_windows", lambda windows: calls.append(len(windows)) or score(windows))
+    envs = make(reward=mix)
+    envs.reset(seed=0)
+    for _ in range(3):
+        _, rewards, _, _, infos = envs.step(STAND)
+    assert calls == [3] * 3
+    terms = infos["reward_terms"]
+    assert np.allclose(terms["learned.social"] + terms["q1.q1"] + terms["crowdnav.discomfort"], rewards)
+
+
+class Hurry:
+    """A reward of somebody's own: each second costs, in an L more."""
+
+    scorer = None
+    weights: ClassVar = {"time": -0.5}
+
+    def terms(self, moment) -> dict[str, float]:
+        return {"time": moment.duration * len(moment.world.layout.room.corners)}
+
+
+def test_a_reward_of_ones_own_is_used_in_every_world() -> None:
+    envs, single = make(reward=Hurry(), config=EnvConfig()), gym.make("SocNav2-v0", reward=Hurry())
+    envs.reset(seed=5)
+    single.reset(seed=6)
+    _, rewards, _, _, infos = envs.step(STAND)
+    _, reward, _, _, info = single.step(STAND[1])
+    assert rewards[1] == reward == info["reward_terms"]["time"]
+    assert reward in (pytest.approx(-0.4), pytest.approx(-0.6))
+    assert infos["reward_weights"]["time"].tolist() == [-0.5] * 3
 
 
 def test_spaces_are_those_of_one_environment_batched() -> None:

@@ -1,0 +1,85 @@
+"""What a reward is: it sees one `Moment` and returns unweighted terms by name, which its weights add up."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from socnav_env.outcomes import Outcome
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from reward_model.graph import FrameGraph
+    from reward_model.scenario import Scores
+    from socnav_env.world import World
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """What a step led to.
+
+    world: as it is after the step, to be asked and not changed
+    duration: [s] of the step
+    progress: [m] by which the robot has come closer to its goal, negative where it has moved away
+    outcome: how the episode ended with this step, None if it goes on
+    scores: what people would say of the last second; None where the reward has no scorer
+    """
+
+    world: World
+    duration: float
+    progress: float
+    outcome: Outcome | None
+    scores: Scores | None
+
+
+class Scorer(Protocol):
+    """Judges windows of up to three frames, newest first. `reward_model`'s `SocialScorer` is one."""
+
+    @property
+    def name(self) -> str:
+        """Which weights these are."""
+
+    def score_windows(self, windows: Sequence[Sequence[FrameGraph]]) -> NDArray[np.float32]:
+        """Return (num_windows, 2) q1 and q2."""
+
+
+@runtime_checkable
+class Reward(Protocol):
+    """What a reward has to offer; any object that does can be given to `gym.make(..., reward=)`."""
+
+    @property
+    def weights(self) -> Mapping[str, float]:
+        """The factor of each term, by its name."""
+
+    @property
+    def scorer(self) -> Scorer | None:
+        """Who fills in `Moment.scores`; None where the reward does not ask for any."""
+
+    def terms(self, moment: Moment) -> dict[str, float]:
+        """Return the unweighted terms, the same names every step, all of which have a weight."""
+
+
+def weighted_terms(reward: Reward, moment: Moment) -> dict[str, float]:
+    """Return each term's contribution, which together are the reward of the step.
+
+    Raises `ValueError` for a term without a weight.
+    """
+    weights = reward.weights
+    try:
+        return {name: weights[name] * value for name, value in reward.terms(moment).items()}
+    except KeyError as error:
+        raise ValueError(f"reward term {error} needs a weight, weights are {', '.join(weights)}") from None
+
+
+def terminal_terms(moment: Moment) -> dict[str, float]:
+    """Return `arrival` and `contact`, 1 in the last step where they happen, else 0."""
+    outcome = moment.outcome
+    return {
+        "arrival": float(outcome is Outcome.ARRIVED),
+        "contact": float(outcome is not None and outcome.is_collision),
+    }

@@ -1,0 +1,51 @@
+"""Rewards that a network of people's scores gives."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from socnav_env.rewards.base import Moment, Scorer, terminal_terms
+
+if TYPE_CHECKING:
+    from reward_model.scenario import Scores
+
+
+class LearnedReward:
+    """What people find acceptable: Q2 - 1 every step, and terminal terms for arriving and for touching something.
+
+    Q2 alone is positive almost everywhere, so that its sum would pay a robot for staying away from its goal.
+    Less one (and never above zero), arriving always beats loitering.
+    """
+
+    def __init__(self, weights: Mapping[str, float], scorer: Scorer) -> None:
+        self.weights = weights
+        self.scorer = scorer
+
+    def terms(self, moment: Moment) -> dict[str, float]:
+        """Return `social`, Q2 - 1, at most 0; `arrival` and `contact`, 1 in the last step where they happen."""
+        return {"social": min(_scores(moment).q2, 1.0) - 1.0, **terminal_terms(moment)}
+
+
+class RawScoreReward:
+    """One of the network's scores as it is, here to be compared.
+
+    Both are positive nearly everywhere, so that their sum pays for taking long. Q1 ("the robot does not cause any
+    disturbance to the humans in the room") knows nothing of the goal.
+
+    weights: of the one term, by the score's name: "q1" or "q2"
+    """
+
+    def __init__(self, weights: Mapping[str, float], scorer: Scorer) -> None:
+        self.weights = weights
+        (self._score,) = weights
+        self.scorer = scorer
+
+    def terms(self, moment: Moment) -> dict[str, float]:
+        """Return `q1` or `q2`, about 0..1."""
+        return {self._score: float(getattr(_scores(moment), self._score))}
+
+
+def _scores(moment: Moment) -> Scores:
+    assert moment.scores is not None, "a reward with a scorer is always given scores"
+    return moment.scores
