@@ -96,8 +96,7 @@ def step_parts(steps: int) -> Parts:
     spent: defaultdict[str, float] = defaultdict(float)
     with ExitStack() as stack:
         timed: tuple[tuple[str, Any, str], ...] = (
-            ("physics", world_module._Physics, "step"),
-            ("people", world_module, "walk"),
+            ("physics and people", world_module, "_simulate"),
             ("snapshot and graph", Recorder, "record"),
             ("network", environment.reward.scorer, "score_windows"),
             ("observation", environment.observation, "observe"),

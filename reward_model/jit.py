@@ -1,11 +1,14 @@
-"""The one door to numba: a typed `njit` for the project's numeric kernels."""
+"""The one door to numba: a typed `njit` for the project's numeric kernels, and calls of C functions from such."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
+from llvmlite import ir
+from numba.core import types
+from numba.extending import intrinsic
 
 Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
@@ -20,3 +23,31 @@ def njit(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]
     """
     compiled: Callable[Parameters, Result] = numba.njit(cache=True, error_model="numpy", nogil=True)(function)
     return compiled
+
+
+def _typed_call(result: Any, arguments: Any) -> tuple[Any, Any]:
+    """What numba asks of an intrinsic: its signature and how to write a call of the function at an address."""
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        address, *given = values
+        kinds = [ir.IntType(64) if kind == types.int64 else ir.DoubleType() for kind in signature.args[1:]]
+        function = ir.FunctionType(ir.VoidType(), kinds)
+        builder.call(builder.inttoptr(address, function.as_pointer()), given)
+        return context.get_dummy_value()
+
+    return result(types.int64, *arguments), generate
+
+
+def _call_with_pointers(_context: Any, address: Any, first: Any, second: Any, third: Any) -> tuple[Any, Any]:
+    return _typed_call(types.void, (types.int64,) * 3)
+
+
+def _call_with_real(_context: Any, address: Any, pointer: Any, number: Any) -> tuple[Any, Any]:
+    return _typed_call(types.void, (types.int64, types.float64))
+
+
+call_with_pointers = cast(Callable[[int, int, int, int], None], intrinsic(_call_with_pointers))
+"""In compiled code: call the C function at an address, `void (*)(void *, void *, void *)`. Addresses are int64."""
+
+call_with_real = cast(Callable[[int, int, float], None], intrinsic(_call_with_real))
+"""In compiled code: call the C function at an address, `void (*)(void *, double)`."""

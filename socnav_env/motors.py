@@ -3,13 +3,29 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
+from reward_model.jit import njit
+from socnav_env.layout import FloatArray
 from socnav_env.robot_config import MOST_NOISE, RobotConfig
 
 Velocity = tuple[float, float, float]  # forward [m/s], to the left [m/s], turn rate [rad/s]
 STANDING: Velocity = (0.0, 0.0, 0.0)
+
+
+class Motion(NamedTuple):
+    """What a robot is doing, for compiled code; velocities are forward, to the left, and turning.
+
+    wanted: (3,) velocity that the robot is to take up
+    velocity: (3,) that it has
+    limits: (2,) of the acceleration [m/s^2] and of the turn rate's [rad/s^2], infinite where there is none
+    """
+
+    wanted: FloatArray
+    velocity: FloatArray
+    limits: FloatArray
 
 
 class Motors:
@@ -22,25 +38,16 @@ class Motors:
     def __init__(self, robot: RobotConfig) -> None:
         self._robot = robot
         self._noisy = robot.speed_noise > 0 or robot.turn_noise > 0
-        self._limited = robot.max_acceleration is not None or robot.max_turn_acceleration is not None
-        self._wanted, self._velocity = STANDING, STANDING
+        limits = [math.inf if each is None else each for each in (robot.max_acceleration, robot.max_turn_acceleration)]
+        self.motion = Motion(np.zeros(3), np.zeros(3), np.array(limits, dtype=np.float64))
 
     def command(self, command: Velocity, rng: np.random.Generator) -> None:
         """Take a command for the control period to come."""
-        self._wanted = self._disturbed(command, rng) if self._noisy else command
-
-    def velocity(self, duration: float) -> Velocity:
-        """What the robot does for the next `duration` [s]."""
-        self._velocity = self._approached(duration) if self._limited else self._wanted
-        return self._velocity
+        self.motion.wanted[:] = self._disturbed(command, rng) if self._noisy else command
 
     def resume(self, velocity: Velocity) -> None:
         """Go on from a velocity that the robot has reached by itself."""
-        self._velocity = velocity
-
-    def stop(self) -> None:
-        """Stand at once: the robot has touched something."""
-        self.resume(STANDING)
+        self.motion.velocity[:] = velocity
 
     def _disturbed(self, command: Velocity, rng: np.random.Generator) -> Velocity:
         """The command with noise in proportion to how hard the robot is driven."""
@@ -52,17 +59,23 @@ class Motors:
             left += robot.speed_noise * errors[1]
         return forward + robot.speed_noise * errors[0], left, turn + robot.turn_noise * errors[-1]
 
-    def _approached(self, duration: float) -> Velocity:
-        """The last velocity, brought as close to the wanted one as acceleration allows."""
-        forward, left, turn = self._velocity
-        d_forward, d_left, d_turn = (want - have for want, have in zip(self._wanted, self._velocity, strict=True))
-        linear = _allowed(math.hypot(d_forward, d_left), self._robot.max_acceleration, duration)
-        angular = _allowed(abs(d_turn), self._robot.max_turn_acceleration, duration)
-        return forward + linear * d_forward, left + linear * d_left, turn + angular * d_turn
+
+@njit
+def approach(motion: Motion, duration: float) -> None:
+    """Bring the velocity as close to the wanted one as the limits allow within a duration [s]."""
+    limits, velocity, wanted = motion.limits, motion.velocity, motion.wanted
+    if math.isinf(limits[0]) and math.isinf(limits[1]):
+        velocity[:] = wanted
+        return
+    change = wanted - velocity
+    linear = _allowed(math.hypot(change[0], change[1]), limits[0] * duration)
+    angular = _allowed(abs(change[2]), limits[1] * duration)
+    velocity[0] += linear * change[0]
+    velocity[1] += linear * change[1]
+    velocity[2] += angular * change[2]
 
 
-def _allowed(change: float, limit: float | None, duration: float) -> float:
-    """The share of a change of velocity that happens within a duration [s]."""
-    if limit is None or change <= limit * duration:
-        return 1.0
-    return limit * duration / change
+@njit
+def _allowed(change: float, limit: float) -> float:
+    """The share of a change of velocity that happens."""
+    return 1.0 if change <= limit else limit / change

@@ -1,6 +1,6 @@
 """The simulated world of one episode: a robot and people who walk, kept apart by pymunk's physics.
 
-World frame: SI units, REP-103. Nothing but this module imports pymunk.
+World frame: SI units, REP-103.
 """
 
 from __future__ import annotations
@@ -9,17 +9,17 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import pymunk
-import pymunk.batch
 
 from reward_model.jit import njit
 from socnav_env.config import EnvConfig
 from socnav_env.frames import pose_rates
 from socnav_env.geometry import box_distances, boxes_of, wall_distances
 from socnav_env.layout import BoolArray, FloatArray, IntArray, Layout, Script
-from socnav_env.motors import STANDING, Motors
+from socnav_env.motors import STANDING, Motion, Motors, approach
 from socnav_env.pedestrians import (
+    Habits,
     Surroundings,
+    Walkers,
     anyone_needs_target,
     first_in_sight,
     habits_of,
@@ -27,22 +27,12 @@ from socnav_env.pedestrians import (
     walk,
     walkers_of,
 )
+from socnav_env.physics import Bodies, Physics, physics_step
 from socnav_env.routes import Routes
 
-ROBOT, PERSON, OBJECT, WALL = 1, 2, 3, 4  # pymunk's collision types
-BODY_MASS = 1.0  # kg, the robot's and everyone's: where bodies touch, both give way
-SLOP = 0.001  # m by which bodies may overlap at rest
-OVERLAP_KEPT = 0.3  # share of an overlap that is left after a physics step
 TARGET_CANDIDATES = 32
 TARGET_SPREAD = 0.25  # share of the interval between targets by which it varies
 MIN_WALK = 1.0  # m to a new target, at least
-READ = (
-    pymunk.batch.BodyFields.POSITION
-    | pymunk.batch.BodyFields.ANGLE
-    | pymunk.batch.BodyFields.VELOCITY
-    | pymunk.batch.BodyFields.ANGULAR_VELOCITY
-)
-WRITE = pymunk.batch.BodyFields.VELOCITY | pymunk.batch.BodyFields.ANGULAR_VELOCITY
 
 
 @dataclass(frozen=True)
@@ -78,19 +68,18 @@ class World:
         self._boxes = boxes_of(layout.object_poses, layout.object_sizes)
         self._around = self._surroundings()
         self._habits = habits_of(config.people)
-        self._physics = _Physics(int(self._walks.sum()) + 1, config)
-        self._bodies, self._velocities = self._physics.bodies, self._physics.velocities
+        self._physics = Physics(int(self._walks.sum()), config)
+        self._bodies = self._physics.bodies.states
         self._bodies[:-1, :3] = layout.people_poses[self._walks]
         self._bodies[-1, :3] = layout.robot_pose
         self._before = self._bodies[:, :3].copy()
         self._command = STANDING
         self._motors = Motors(config.robot)
-        self._touched: set[int] = set()
+        self._touched = self._physics.bodies.touched
         self._walkers = walkers_of(
             layout.people_poses[self._walks], layout.people_group[self._walks], config.people, rng
         )
         self._physics.fill(self._walkers.group, self._around)
-        self._physics.report_touches(self._touched)
         self._walker_rows = np.flatnonzero(self._walks)
         self._routes: Routes | None = None
         self._read()
@@ -109,27 +98,24 @@ class World:
         self._command = float(command[0]), float(command[1]), float(command[2])
         self._motors.command(self._command, self._rng)
         self._before[:] = self._bodies[:, :3]
-        self._touched.clear()
-        people, step = self.config.people, self.config.physics_step
+        self._touched[:] = False
+        people = self.config.people
         if self._routes is not None:
             self._routes.follow(self._walkers, self._bodies, self.time)
         if anyone_needs_target(self._walkers.time_left, self._walkers.blocked, people.patience):
             self._pick_targets(in_need_of_target(self._walkers, people.patience))
         notice = 1.0 if self._periods < 0 else people.robot_visibility
-        stop_distance = notice * people.stop_distance
-        for _ in range(self.config.substeps):
-            walk(
-                step,
-                self._bodies,
-                self._walkers,
-                stop_distance,
-                notice,
-                self._around,
-                self._habits,
-                self._velocities,
-            )
-            self._drive(step)
-            self._physics.step(step)
+        _simulate(
+            self.config.substeps,
+            self.config.physics_step,
+            self._physics.bodies,
+            self._motors.motion,
+            self._walkers,
+            notice * people.stop_distance,
+            notice,
+            self._around,
+            self._habits,
+        )
         self._periods += 1
         self._read()
 
@@ -183,7 +169,8 @@ class World:
     @property
     def contacts(self) -> Contacts:
         """What the robot touched during the last control period."""
-        return Contacts(PERSON in self._touched, OBJECT in self._touched, WALL in self._touched)
+        _, _, person, obstacle, wall = self._touched.tolist()
+        return Contacts(person, obstacle, wall)
 
     def clearance_to_people(self) -> FloatArray:
         """(num_people,) from the robot's surface to each person's; negative where they overlap [m]."""
@@ -236,17 +223,6 @@ class World:
         self._robot_velocity = pose_rates(robot[:1], robot[1:], period)[0]
         self._people_velocities = pose_rates(people[0], people[1], period)
 
-    def _drive(self, step: float) -> None:
-        """Write the robot's velocity: along the heading that it has halfway through the step."""
-        if self._touched:
-            self._motors.stop()
-            self._velocities[-1] = STANDING
-            return
-        forward, left, turn_rate = self._motors.velocity(step)
-        heading = float(self._bodies[-1, 2]) + turn_rate * step / 2
-        cosine, sine = math.cos(heading), math.sin(heading)
-        self._velocities[-1] = forward * cosine - left * sine, forward * sine + left * cosine, turn_rate
-
     def _surroundings(self) -> Surroundings:
         standing = self.layout.people_poses[~self._walks]
         discs = standing.copy()
@@ -279,66 +255,38 @@ class World:
         return places[index] if index >= 0 else None
 
 
-class _Physics:
-    """The pymunk space: bodies for the robot and those who walk, fixed shapes for all else.
+@njit
+def _simulate(
+    count: int,
+    step: float,
+    bodies: Bodies,
+    motion: Motion,
+    walkers: Walkers,
+    stop_distance: float,
+    notice: float,
+    around: Surroundings,
+    habits: Habits,
+) -> None:
+    """Take so many physics steps of so many seconds; see `walk` for what is needed of people."""
+    for _ in range(count):
+        walk(step, bodies.states, walkers, stop_distance, notice, around, habits, bodies.velocities)
+        _drive(step, bodies, motion)
+        physics_step(bodies, step)
 
-    bodies: (num_bodies, 6) x, y, heading, vx, vy, turn rate, the robot's last; read from pymunk after each step
-    velocities: (num_bodies, 3) vx, vy, turn rate, written to pymunk before each step
-    """
 
-    def __init__(self, num_bodies: int, config: EnvConfig):
-        self._config = config
-        self._space = pymunk.Space()
-        self._space.collision_slop = SLOP
-        self._space.collision_bias = OVERLAP_KEPT ** (1 / config.physics_step)
-        all_velocities = np.zeros((num_bodies + 1, 3))  # pymunk's last body is the one that is fixed
-        self.bodies, self.velocities = np.zeros((num_bodies, 6)), all_velocities[:-1]
-        self._read, self._write = pymunk.batch.Buffer(), pymunk.batch.Buffer()
-        self._write.set_float_buf(all_velocities)  # shares the array's memory
-
-    def fill(self, groups: IntArray, around: Surroundings) -> None:
-        """Put the bodies in their places, and everything around them. groups: (num_walkers,)."""
-        for row, group in zip(self.bodies[:-1], groups, strict=True):
-            # People of one group walk shoulder to shoulder: they do not collide with each other.
-            self._add_body(row, self._config.people.radius, PERSON, pymunk.ShapeFilter(group=int(group) + 1))
-        self._add_body(self.bodies[-1], self._config.robot.radius, ROBOT, pymunk.ShapeFilter())
-        self._add_fixed(around)
-
-    def step(self, duration: float) -> None:
-        """Set all velocities, simulate, and read back poses and velocities."""
-        pymunk.batch.set_space_bodies(self._space, WRITE, self._write)
-        self._space.step(duration)
-        self._read.clear()
-        pymunk.batch.get_space_bodies(self._space, READ, self._read)
-        self.bodies[:] = np.frombuffer(self._read.float_buf(), count=self.bodies.size).reshape(self.bodies.shape)
-
-    def report_touches(self, touched: set[int]) -> None:
-        """Have the collision type of what the robot touches added to `touched` at each step."""
-        for kind in (PERSON, OBJECT, WALL):
-            self._space.on_collision(
-                ROBOT, kind, post_solve=lambda _arbiter, _space, kind: touched.add(kind), data=kind
-            )
-
-    def _add_body(self, row: FloatArray, radius: float, kind: int, group: pymunk.ShapeFilter) -> None:
-        body = pymunk.Body(BODY_MASS, math.inf)
-        body.position = float(row[0]), float(row[1])
-        body.angle = float(row[2])
-        shape = pymunk.Circle(body, radius)
-        shape.collision_type, shape.filter = kind, group
-        self._space.add(body, shape)
-
-    def _add_fixed(self, around: Surroundings) -> None:
-        fixed = self._space.static_body
-        for x1, y1, x2, y2 in around.walls.tolist():
-            self._add_shape(pymunk.Segment(fixed, (x1, y1), (x2, y2), 0.0), WALL)
-        for x, y, radius in around.discs.tolist():
-            self._add_shape(pymunk.Circle(fixed, radius, (x, y)), PERSON)
-        for box in around.boxes:
-            self._add_shape(pymunk.Poly(fixed, _corners_of(box)), OBJECT)
-
-    def _add_shape(self, shape: pymunk.Shape, kind: int) -> None:
-        shape.collision_type = kind
-        self._space.add(shape)
+@njit
+def _drive(step: float, bodies: Bodies, motion: Motion) -> None:
+    """Set the robot's velocity: along the heading that it has halfway through the step, none once it touches."""
+    if bodies.touched.any():
+        motion.velocity[:] = 0.0
+        bodies.velocities[-1] = 0.0
+        return
+    approach(motion, step)
+    forward, left, turn_rate = motion.velocity
+    heading = bodies.states[-1, 2] + turn_rate * step / 2
+    cosine, sine = math.cos(heading), math.sin(heading)
+    velocity = bodies.velocities[-1]
+    velocity[0], velocity[1], velocity[2] = forward * cosine - left * sine, forward * sine + left * cosine, turn_rate
 
 
 @njit
@@ -358,12 +306,3 @@ def _state_of(
     pose, velocity = bodies[-1, :3].copy(), (bodies[-1, :3] - before[-1]) / period
     pose[2] -= 2 * math.pi * np.rint(pose[2] / (2 * math.pi))
     return pose, velocity, poses, velocities
-
-
-def _corners_of(box: FloatArray) -> list[tuple[float, float]]:
-    x, y, cos, sin, half_width, half_depth = box.tolist()
-    signs = ((-1, -1), (1, -1), (1, 1), (-1, 1))
-    return [
-        (x + cos * a * half_width - sin * b * half_depth, y + sin * a * half_width + cos * b * half_depth)
-        for a, b in signs
-    ]
