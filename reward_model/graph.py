@@ -189,9 +189,16 @@ def frame_graph(snapshot: Snapshot, segments: IntArray) -> FrameGraph:
         _whole(snapshot.interactions.pairs),
         float(snapshot.interval),
     )
-    if snapshot.interactions.relations and arrays.link_relations.min(initial=0) < 0:
+    frame = FrameGraph(*arrays)
+    if snapshot.interactions.relations:
+        check_links(frame)
+    return frame
+
+
+def check_links(frame: FrameGraph) -> None:
+    """Raise `ScenarioError` where two objects interact, for which the graph has no relation."""
+    if frame.link_relations.min(initial=0) < 0:
         raise ScenarioError("an interaction joins two objects; at least one of the two must be a person")
-    return FrameGraph(*arrays)
 
 
 def sequence_frames(sequence: Sequence) -> list[FrameGraph]:

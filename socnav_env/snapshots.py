@@ -4,58 +4,102 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import TYPE_CHECKING
+from itertools import pairwise
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from reward_model.graph import FRAME_SPACING, NUM_FRAMES, FrameGraph, frame_graph, wall_segments
+from reward_model.graph import FRAME_SPACING, NUM_FRAMES, FrameGraph, check_links, wall_segments
+from reward_model.graph_kernels import Entities, FrameArrays, frame_arrays
 from reward_model.jit import njit
 from reward_model.scenario import DEFAULT_INTERVAL, Interactions, Objects, People, Snapshot
 from socnav_env.frames import closed_lines, points_in_frame, pose_rates, poses_in_frame
-from socnav_env.layout import FloatArray
+from socnav_env.layout import FloatArray, IntArray
 
 if TYPE_CHECKING:
     from socnav_env.world import World
+
+
+class _Scene(NamedTuple):
+    """What stays while an episode lasts.
+
+    ids: (num_entities,) of people, then of objects
+    objects: (num_objects, 3) their poses in the room's frame; sizes: (num_objects, 2)
+    goal: (2,); corners: (num_walls, 2)
+    segments: (num_walls,) as `wall_segments` has it
+    pairs: (num_interactions, 2) ids
+    """
+
+    ids: IntArray
+    objects: FloatArray
+    sizes: FloatArray
+    goal: FloatArray
+    corners: FloatArray
+    segments: IntArray
+    pairs: IntArray
+
+
+class _State(NamedTuple):
+    """What has changed until a moment; see `World`."""
+
+    time: float
+    command: FloatArray
+    robot_pose: FloatArray
+    people_poses: FloatArray
 
 
 class Recorder:
     """Takes snapshots of one episode's world and keeps those that a window can still need.
 
     The first one is taken when the recorder is made; like the first of every recorded sequence it has no
-    velocities. Each snapshot becomes a frame graph once, which all windows share.
+    velocities. Each moment becomes a frame graph once, which all windows share, and a `Snapshot` when asked for.
 
     control_period: [s] between two snapshots
+    Raises `ScenarioError` where two objects interact.
     """
 
     def __init__(self, world: World, control_period: float) -> None:
         layout = world.layout
         self._world = world
         self._control_period = control_period
-        self._people_ids = np.arange(1, layout.num_people + 1)
-        self._object_ids = np.arange(layout.num_people + 1, layout.num_people + layout.num_objects + 1)
-        self._interactions = Interactions(layout.interaction_pairs + 1, layout.interaction_relations)
-        self._object_sizes = layout.object_sizes
         # SocNav2's recordings list walls clockwise, and the published network's answers depend on it.
-        self._corners = np.ascontiguousarray(layout.room.corners[::-1])
-        self._segments = wall_segments(closed_lines(self._corners))
-        self._fixed_poses = layout.object_poses
-        self._poses: FloatArray | None = None  # of people, then objects, in the last snapshot
+        corners = np.ascontiguousarray(layout.room.corners[::-1])
+        self._interactions = Interactions(layout.interaction_pairs + 1, layout.interaction_relations)
+        self._scene = _Scene(
+            ids=np.arange(1, layout.num_people + layout.num_objects + 1),
+            objects=layout.object_poses,
+            sizes=layout.object_sizes,
+            goal=layout.goal,
+            corners=corners,
+            segments=wall_segments(closed_lines(corners)),
+            pairs=self._interactions.pairs,
+        )
         capacity = frames_per_window(control_period)
         self._ages = range(0, capacity, (capacity - 1) // (NUM_FRAMES - 1))  # in control periods
-        self._snapshots: deque[Snapshot] = deque(maxlen=capacity)
+        self._states: deque[_State] = deque([self._state()], maxlen=capacity + 1)  # with the one before the first
         self._frames: deque[FrameGraph] = deque(maxlen=capacity)
         self.record()
+        check_links(self._frames[0])
 
     def record(self) -> None:
         """Take a snapshot of the world as it is now; once after every control period."""
-        snapshot = self._snapshot()
-        self._snapshots.append(snapshot)
-        self._frames.append(frame_graph(snapshot, self._segments))
+        earlier, now = self._states[-1], self._state()
+        arrays = _frame(
+            self._scene,
+            earlier.robot_pose,
+            earlier.people_poses,
+            now.robot_pose,
+            now.people_poses,
+            now.command,
+            self._control_period,
+        )
+        self._states.append(now)
+        self._frames.append(FrameGraph(*arrays))
 
     @property
     def snapshots(self) -> tuple[Snapshot, ...]:
         """The last two seconds and a little, oldest first."""
-        return tuple(self._snapshots)
+        return tuple(self._snapshot(earlier, now) for earlier, now in pairwise(self._states))
 
     def window(self) -> list[FrameGraph]:
         """The frames that the last second is judged by: up to three, a second apart, newest first.
@@ -64,35 +108,63 @@ class Recorder:
         """
         return [self._frames[-1 - age] for age in self._ages if age < len(self._frames)]
 
-    def _snapshot(self) -> Snapshot:
-        robot_pose, num_people = self._world.robot_pose, len(self._people_ids)
-        poses, goal, walls = _seen_from(
-            robot_pose, self._world.people_poses, self._fixed_poses, self._world.layout.goal, self._corners
-        )
-        velocities = pose_rates(poses if self._poses is None else self._poses, poses, self._control_period)
-        self._poses = poses
+    def _state(self) -> _State:
+        world = self._world
+        return _State(world.time, world.command, world.robot_pose, world.people_poses)
+
+    def _snapshot(self, earlier: _State, now: _State) -> Snapshot:
+        scene, num_people = self._scene, len(now.people_poses)
+        poses, goal, walls = _seen_from(scene, now.robot_pose, now.people_poses)
+        before, _, _ = _seen_from(scene, earlier.robot_pose, earlier.people_poses)
+        velocities = pose_rates(before, poses, self._control_period)
+        ids, split = scene.ids, slice(num_people, None)
         return Snapshot(
-            timestamp=self._world.time,
+            timestamp=now.time,
             interval=DEFAULT_INTERVAL,
-            command=self._world.command,
+            command=now.command,
             goal=goal,
-            people=People(self._people_ids, poses[:num_people], velocities[:num_people]),
-            objects=Objects(self._object_ids, poses[num_people:], velocities[num_people:], self._object_sizes),
+            people=People(ids[:num_people], poses[:num_people], velocities[:num_people]),
+            objects=Objects(ids[split], poses[split], velocities[split], scene.sizes),
             walls=walls,
             interactions=self._interactions,
-            robot_pose=robot_pose,
+            robot_pose=now.robot_pose,
         )
 
 
 @njit
-def _seen_from(
-    frame: FloatArray, people: FloatArray, objects: FloatArray, goal: FloatArray, corners: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """In the frame that stands at a pose: people's poses, then objects', (n, 3); the goal, (2,); the walls, (n, 4)."""
-    poses = np.empty((len(people) + len(objects), 3))
-    poses[: len(people)], poses[len(people) :] = people, objects
-    walls = closed_lines(points_in_frame(frame, corners))
-    return poses_in_frame(frame, poses), points_in_frame(frame, goal.reshape(1, 2))[0], walls
+def _frame(
+    scene: _Scene,
+    robot_before: FloatArray,
+    people_before: FloatArray,
+    robot: FloatArray,
+    people: FloatArray,
+    command: FloatArray,
+    duration: float,
+) -> FrameArrays:
+    """What `frame_graph` makes of the snapshot of a moment."""
+    poses, goal, walls = _seen_from(scene, robot, people)
+    velocities = pose_rates(_seen_from(scene, robot_before, people_before)[0], poses, duration)
+    num_people = len(people)
+    return frame_arrays(
+        Entities(scene.ids[:num_people], poses[:num_people], velocities[:num_people]),
+        Entities(scene.ids[num_people:], poses[num_people:], velocities[num_people:]),
+        scene.sizes,
+        command,
+        goal,
+        walls,
+        scene.segments,
+        scene.pairs,
+        DEFAULT_INTERVAL,
+    )
+
+
+@njit
+def _seen_from(scene: _Scene, robot: FloatArray, people: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """In the robot's frame: people's poses, then objects', (n, 3); the goal, (2,); the walls, (n, 4)."""
+    poses = np.empty((len(people) + len(scene.objects), 3))
+    poses[: len(people)], poses[len(people) :] = people, scene.objects
+    walls = closed_lines(points_in_frame(robot, scene.corners))
+    return poses_in_frame(robot, poses), points_in_frame(robot, scene.goal.reshape(1, 2))[0], walls
 
 
 def frames_per_window(control_period: float) -> int:
