@@ -13,6 +13,7 @@ from socnav_env.config import (
     RewardConfig,
     RobotConfig,
     RoomConfig,
+    SensorConfig,
 )
 
 __all__ = [
@@ -23,6 +24,7 @@ __all__ = [
     "RewardConfig",
     "RobotConfig",
     "RoomConfig",
+    "SensorConfig",
 ]
 
 # No max_episode_steps: the environment knows its own time limit.

@@ -33,6 +33,7 @@ from socnav_env.scene_config import TALKING as TALKING
 from socnav_env.scene_config import WALKING_TOGETHER as WALKING_TOGETHER
 from socnav_env.scene_config import PopulationConfig as PopulationConfig
 from socnav_env.scene_config import RoomConfig as RoomConfig
+from socnav_env.sensor_config import SensorConfig as SensorConfig
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,7 @@ class EnvConfig:
     people: PeopleConfig = field(default_factory=PeopleConfig)
     robot: RobotConfig = field(default_factory=RobotConfig)
     reward: RewardConfig = field(default_factory=RewardConfig)
+    sensors: SensorConfig = field(default_factory=SensorConfig)
 
     def __post_init__(self) -> None:
         for name in ("control_period", "physics_step", "time_limit"):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import gymnasium as gym
 import numpy as np
@@ -16,7 +16,7 @@ from socnav_env.config import EnvConfig
 from socnav_env.episode import Episode, begin_episode
 from socnav_env.layout import FloatArray
 from socnav_env.metrics import episode_metrics
-from socnav_env.observations import Observation, make_observation
+from socnav_env.observations import AnyObservation, Observation, WindowObservation, make_observation
 from socnav_env.outcomes import Outcome
 from socnav_env.rewards import Moment, Reward, make_reward, weighted_terms
 
@@ -43,7 +43,8 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
     `Box(-1, 1, (3,))`, forward, left and turn. Negative forward drives backwards, positive turn goes to the left.
     Values outside the box are clipped to it; forward and left together are then no longer than 1.
 
-    Observation: by name, see `socnav_env.observations`; "entities" is a `Dict` of flat boxes in the robot's frame.
+    Observation: by name, see `socnav_env.observations`; "entities" is a `Dict` of flat boxes in the robot's frame,
+    "flat" a single box, "lidar" has a laser scanner, "graph" is what the reward model reads.
 
     Reward: by name, see `socnav_env.rewards`; "learned" is the network's Q2 - 1 every step, with terminal terms for
     arriving and for touching something.
@@ -60,7 +61,7 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
     `socnav_env.metrics`. After a reset: `outcome`, `is_success`, `in_rated_range`.
 
     reward: a name, a mix (see `make_reward`), or an object with the `Reward` protocol
-    observation: a name or an object with the `Observation` protocol
+    observation: a name or an object with the `Observation` (or `WindowObservation`) protocol
     config: everything else that can be set; default `EnvConfig()`
     render_mode: None, "rgb_array" or "human"
     weights: which network judges, where a reward named here is a learned one: "default", "published" or a path
@@ -73,7 +74,7 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
     def __init__(
         self,
         reward: str | Mapping[str, float] | Reward = "learned",
-        observation: str | Observation = "entities",
+        observation: str | AnyObservation = "entities",
         config: EnvConfig | None = None,
         render_mode: str | None = None,
         weights: str = "default",
@@ -84,6 +85,7 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
         self.config = EnvConfig() if config is None else config
         self.reward = make_reward(reward, self.config.reward, weights)
         self.observation = make_observation(observation, self.config)
+        self._reads_window = isinstance(self.observation, WindowObservation)
         self.observation_space = self.observation.space()
         self.action_space = action_space(self.config.robot)
         self.render_mode = render_mode
@@ -96,12 +98,13 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
         """Draw a new scene; see Gymnasium. There are no options."""
         check_options(options)
         info = self.begin(seed)
-        return self.observation.observe(self.world, self.time_left), info
+        return self.observe(), info
 
     def begin(self, seed: int | None = None) -> dict[str, Any]:
         """Reset without looking: draw a new scene and return the info."""
         super().reset(seed=seed)
-        self._episode = begin_episode(self.config, self.np_random, judged=self.reward.scorer is not None)
+        frames_are_read = self.reward.scorer is not None or self._reads_window
+        self._episode = begin_episode(self.config, self.np_random, judged=frames_are_read)
         if self.render_mode == "human":
             self.render()
         return self._outcome_info(None)
@@ -115,7 +118,13 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
         self.advance(command_of(action, self.config.robot))
         (scores,) = judge([self])
         result = self.conclude(scores)
-        return self.observation.observe(self.world, self.time_left), *result
+        return self.observe(), *result
+
+    def observe(self) -> Any:
+        """Return what the robot sees now, in memory of its own."""
+        if self._reads_window:
+            return cast(WindowObservation, self.observation).observe_window(self.world, self.time_left, self.window())
+        return cast(Observation, self.observation).observe(self.world, self.time_left)
 
     def require_running(self) -> None:
         """Raise `ResetNeeded` where there is no episode that a step could go on with."""

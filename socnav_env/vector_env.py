@@ -246,7 +246,7 @@ class _ItemBatch:
         self._items: list[Any] = [None] * num_envs
 
     def write(self, index: int, env: SocNavEnv) -> None:
-        self._items[index] = env.observation.observe(env.world, env.time_left)
+        self._items[index] = env.observe()
 
     def one(self, index: int) -> Any:
         return deepcopy(self._items[index])

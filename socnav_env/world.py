@@ -188,6 +188,12 @@ class World:
         x, y = self._bodies[-1, :2]
         return wall_distances(x, y, self._walls) - self.robot_radius
 
+    def obstacles(self) -> Surroundings:
+        """Everything that stops a ray: walls, people as discs, and objects as boxes; not to be written to."""
+        discs = self._people_poses.copy()
+        discs[:, 2] = self.people_radius
+        return Surroundings(self._walls, discs, self._boxes)
+
     def distance_to_goal(self) -> float:
         """From the robot's centre [m]."""
         return math.dist(self._robot_pose[:2].tolist(), self.layout.goal.tolist())

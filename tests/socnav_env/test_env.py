@@ -229,7 +229,7 @@ def test_info_says_whether_people_rated_such_a_robot(robot: RobotConfig, rated: 
     ("arguments", "message"),
     [
         ({"reward": "learnt"}, "reward must be one of learned, q1, q2, crowdnav, dsrnn, sparse, mix"),
-        ({"reward": "sparse", "observation": "pixels"}, "observation must be one of entities"),
+        ({"reward": "sparse", "observation": "pixels"}, "observation must be one of entities, flat, lidar, graph"),
         ({"reward": "sparse", "render_mode": "ascii"}, "render_mode must be None or one of rgb_array, human"),
     ],
 )

@@ -1,10 +1,7 @@
 import numpy as np
-import pytest
 
 from socnav_env.config import EnvConfig, PopulationConfig
-from socnav_env.observations import ENTITY_WIDTHS, OBSERVATIONS, EntitiesObservation, make_observation
-from socnav_env.population import sample_layout
-from socnav_env.world import World
+from socnav_env.observations import ENTITY_WIDTHS, EntitiesObservation
 from tests.socnav_env.puppets import PuppetWorld, make_layout
 
 
@@ -99,23 +96,6 @@ def test_values_beyond_the_box_are_clipped_to_it() -> None:
     assert observation.space().contains(observation.observe(world, 1.0))
 
 
-@pytest.mark.parametrize("name", OBSERVATIONS)
-def test_observations_lie_in_their_space_and_share_no_memory(name: str) -> None:
-    config = EnvConfig()
-    observation = make_observation(name, config)
-    previous: list[np.ndarray] = []
-    for seed in range(20):
-        random = np.random.default_rng(seed)
-        world = World(sample_layout(config, random), config, random)
-        for _ in range(3):
-            world.advance(random.uniform(-1.0, 1.0, 2)[[0, 0, 1]] * (1.0, 0.0, 1.0))
-            seen = observation.observe(world, float(random.random()))
-            assert observation.space().contains(seen)
-            parts = list(seen.values()) if isinstance(seen, dict) else [seen]
-            assert not any(np.shares_memory(part, old) for part in parts for old in previous)
-            previous = parts
-
-
 def test_default_sizes_follow_from_the_population() -> None:
     population = PopulationConfig(still=(0, 1), wandering=(0, 2), tables=(0, 1), plants=(0, 3), interactions=(0, 1))
     space = EntitiesObservation(EnvConfig(population=population)).space()
@@ -124,13 +104,3 @@ def test_default_sizes_follow_from_the_population() -> None:
     assert space["interactions"].shape == (4,)
     assert space["walls"].shape == (24,)
     assert all(box.dtype == np.float32 and box.is_bounded() for box in space.values())
-
-
-def test_an_unknown_name_is_answered_with_the_valid_ones() -> None:
-    with pytest.raises(ValueError, match="observation must be one of entities or an Observation object, got 'entity'"):
-        make_observation("entity", EnvConfig())
-
-
-def test_what_is_not_an_observation_is_refused() -> None:
-    with pytest.raises(ValueError, match=r"an object with space\(\) and observe\(world, time_left\), got int"):
-        make_observation(3, EnvConfig())

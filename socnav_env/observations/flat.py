@@ -1,0 +1,76 @@
+"""The observation `flat`: one box of numbers, the nearest people, objects and walls first."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from gymnasium import spaces
+
+from socnav_env.config import MAX_WALLS
+from socnav_env.observations.base import Float32Array
+from socnav_env.observations.entities import entity_parts
+from socnav_env.observations.kernels import write_nearest
+from socnav_env.sensors import look
+
+if TYPE_CHECKING:
+    from socnav_env.config import EnvConfig
+    from socnav_env.world import World
+
+
+class FlatObservation:
+    """One float32 box, whose parts stand one after the other; `slices` says where.
+
+    robot (4,), goal (2,): as in `EntitiesObservation`
+    people (nearest_people * 8,), people_mask (nearest_people,): rows as there, the nearest centre first
+    objects (nearest_objects * 6,), objects_mask (nearest_objects,): likewise
+    walls (max_walls * 4,), walls_mask (max_walls,): rows as there, the wall with the nearest point first
+
+    How many people and objects, and which limits their sight has, is in `SensorConfig`.
+    """
+
+    def __init__(self, config: EnvConfig) -> None:
+        self._sensors = config.sensors
+        capacities = {
+            "people": config.sensors.nearest_people,
+            "objects": config.sensors.nearest_objects,
+            "walls": MAX_WALLS,
+        }
+        self._parts = entity_parts(config, capacities)
+        self._limits = np.array(list(capacities.values()))
+        self.size, self.slices = self._parts.size, self._parts.slices
+
+    def space(self) -> spaces.Box:
+        """Return the box."""
+        return spaces.Box(self._parts.low, self._parts.high, dtype=np.float32)
+
+    def observe(self, world: World, time_left: float) -> Float32Array:
+        """Return the box's values, in memory of their own."""
+        row = np.empty(self.size, dtype=np.float32)
+        self.write(world, time_left, row)
+        return row
+
+    def write(self, world: World, time_left: float, row: Float32Array) -> None:
+        """Write the box's values."""
+        layout = world.layout
+        sight = look(world, self._sensors)
+        write_nearest(
+            row,
+            self._parts.starts,
+            self._limits,
+            world.robot_pose,
+            world.robot_velocity,
+            time_left,
+            layout.goal,
+            sight.people_poses,
+            sight.people_velocities,
+            sight.object_poses,
+            sight.object_sizes,
+            layout.room.corners,
+            sight.interaction_pairs,
+        )
+        self._parts.clip(row)
+
+    def unpack(self, rows: Float32Array) -> Float32Array:
+        """Return the values of one row or of many, in memory of their own."""
+        return rows.copy()

@@ -1,0 +1,131 @@
+"""The observation `graph`: what the reward model reads, so that an agent can read it too."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from gymnasium import spaces
+
+from reward_model.graph import (
+    NUM_FRAMES,
+    NUM_NODE_FEATURES,
+    NUM_RELATIONS,
+    FrameGraph,
+    NodeKind,
+    Relation,
+    scene_graph,
+    wall_segments,
+)
+from socnav_env.layout import BoolArray, IntArray
+from socnav_env.observations.base import ROBOT, SHARE, Float32Array, Parts
+from socnav_env.observations.kernels import write_robot
+
+if TYPE_CHECKING:
+    from socnav_env.config import EnvConfig, RoomConfig
+    from socnav_env.world import World
+
+WALL_LINKS: Final = 10  # wall segments that are near a person, more than there are in any room
+BOUND: Final = 100.0  # no feature and no length comes near it
+WALL_RELATIONS: Final = (Relation.PERSON_WALL, Relation.WALL_PERSON)
+
+
+class GraphObservation:
+    """The reward model's own graph of the last two seconds, padded, as a flat `Dict` of float32 boxes.
+
+    nodes (capacity * 42,): rows of features as `reward_model.graph` has them, the newest frame's room node first
+    nodes_mask (capacity,): 1 where there is a node
+    sources, targets (capacity,): rows of `nodes` that an edge joins; relations: of `Relation`; lengths: as the network
+        sees them. Every edge is written out, those to the room, to itself and through time included.
+    edges_mask (capacity,): 1 where there is an edge
+    robot (4,): as in `EntitiesObservation`
+
+    Capacities follow from the config: `max_nodes` of a frame and `max_links` between its people, objects and walls.
+    In a layout from elsewhere that has more, the nearest nodes and the shortest links are seen.
+    """
+
+    def __init__(self, config: EnvConfig) -> None:
+        population = config.population
+        self.max_nodes = 2 + population.max_people + population.max_objects + most_segments(config.room)
+        self.max_links = 2 * (population.max_interactions + WALL_LINKS * population.max_people)
+        nodes = NUM_FRAMES * self.max_nodes
+        frame_edges = 3 * self.max_nodes - 2 + self.max_links  # to and from the room, to itself, links
+        edges = NUM_FRAMES * frame_edges + (NUM_FRAMES - 1) * 2 * self.max_nodes
+        index = [(0.0, nodes - 1.0)] * edges
+        self._parts = Parts(
+            {
+                "robot": ROBOT,
+                "nodes": [(-BOUND, BOUND)] * (nodes * NUM_NODE_FEATURES),
+                "nodes_mask": SHARE * nodes,
+                "sources": index,
+                "targets": index,
+                "relations": [(0.0, NUM_RELATIONS - 1.0)] * edges,
+                "lengths": [(0.0, BOUND)] * edges,
+                "edges_mask": SHARE * edges,
+            }
+        )
+
+    def space(self) -> spaces.Dict:
+        """Return the boxes."""
+        return self._parts.space()
+
+    def observe_window(self, world: World, time_left: float, window: Sequence[FrameGraph]) -> dict[str, Float32Array]:
+        """Return the boxes' values, in memory of their own."""
+        graph = scene_graph(fitted_frames(window, self.max_nodes, self.max_links))
+        row = np.zeros(self._parts.size, dtype=np.float32)
+        parts = self._parts.split(row)
+        write_robot(parts["robot"], world.robot_pose, world.robot_velocity, time_left)
+        parts["nodes"][: graph.features.size] = graph.features.ravel()
+        parts["nodes_mask"][: len(graph.features)] = 1.0
+        for name in ("sources", "targets", "relations", "lengths"):
+            parts[name][: len(graph.sources)] = getattr(graph, name)
+        parts["edges_mask"][: len(graph.sources)] = 1.0
+        self._parts.clip(row)
+        return parts
+
+
+def most_segments(room: RoomConfig) -> int:
+    """How many segments the walls of a room that the config allows are cut into, at most."""
+    sides = [[float(side)] * 4 for side in (room.square_side[1], room.rectangle_side[1])]
+    sides.append([float(room.l_unit[1] * units) for units in (3, 3, 2, 2, 1, 1)])
+    walls = [np.array([[0.0, 0.0, length, 0.0] for length in lengths]) for lengths in sides]
+    return max(int(wall_segments(each).sum()) for each in walls)
+
+
+def fitted_frames(window: Sequence[FrameGraph], max_nodes: int, max_links: int) -> list[FrameGraph]:
+    """The frames of a window, newest first, with no more nodes and links each than there is room for."""
+    newest = window[0]
+    frames = list(window)
+    if max(len(frame) for frame in frames) > max_nodes:
+        nearness = np.where(newest.kinds == NodeKind.GOAL, 0.0, newest.lengths)
+        kept = newest.keys[np.argsort(nearness, kind="stable")[:max_nodes]]
+        frames = [_with_nodes(frame, np.isin(frame.keys, kept)) for frame in frames]
+    return [_with_links(frame, max_links) if len(frame.link_sources) > max_links else frame for frame in frames]
+
+
+def _with_nodes(frame: FrameGraph, kept: BoolArray) -> FrameGraph:
+    new_index = (np.cumsum(kept) - 1).astype(np.int32)
+    frame = _chosen_links(frame, np.flatnonzero(kept[frame.link_sources] & kept[frame.link_targets]))
+    return replace(
+        frame,
+        features=frame.features[kept],
+        kinds=frame.kinds[kept],
+        keys=frame.keys[kept],
+        lengths=frame.lengths[kept],
+        link_sources=new_index[frame.link_sources],
+        link_targets=new_index[frame.link_targets],
+    )
+
+
+def _with_links(frame: FrameGraph, max_links: int) -> FrameGraph:
+    """All interactions, then the shortest links between people and walls."""
+    walls = np.isin(frame.link_relations, WALL_RELATIONS)
+    order = np.lexsort((frame.link_lengths, walls))
+    return _chosen_links(frame, np.sort(order[:max_links]))
+
+
+def _chosen_links(frame: FrameGraph, chosen: IntArray) -> FrameGraph:
+    names = ("link_sources", "link_targets", "link_relations", "link_lengths")
+    return replace(frame, **{name: getattr(frame, name)[chosen] for name in names})
