@@ -5,14 +5,12 @@ import zlib
 import gymnasium as gym
 import numpy as np
 import pytest
-from gymnasium.utils.env_checker import check_env as gymnasium_check
 
 import socnav_env
 from reward_model.scenario import Sequence
 from socnav_env.config import EnvConfig, PopulationConfig, RobotConfig
 from socnav_env.env import SocNavEnv
 from socnav_env.metrics import METRICS
-from socnav_env.observations import OBSERVATIONS
 from socnav_env.outcomes import Outcome
 from socnav_env.rewards import REWARDS, SparseReward
 
@@ -51,21 +49,6 @@ def digest_of(reward: str, seed: int, num_steps: int) -> int:
         if terminated or truncated:
             observation, _ = env.reset()
     return digest
-
-
-@pytest.mark.usefixtures("without_weights")
-@pytest.mark.parametrize("reward", REWARDS)
-@pytest.mark.parametrize("observation", OBSERVATIONS)
-def test_gymnasium_finds_nothing_to_say(reward: str, observation: str) -> None:
-    gymnasium_check(make(reward=reward, observation=observation).unwrapped)
-
-
-@pytest.mark.usefixtures("without_weights")
-@pytest.mark.parametrize("reward", REWARDS)
-def test_stable_baselines_finds_nothing_to_say(reward: str) -> None:
-    from stable_baselines3.common.env_checker import check_env
-
-    check_env(SocNavEnv(reward=reward))
 
 
 @pytest.mark.usefixtures("without_weights")
