@@ -57,6 +57,8 @@ class Render:
     """Weights of a learned reward: default, published or a checkpoint folder."""
     env_config: Path | None = None
     """JSON file with the environment's configuration, where it differs from the default."""
+    scenario: str | None = None
+    """Where to begin: a name that `scenarios` lists, a .yaml file, or a SocNav2 .json file."""
 
     def run(self) -> int:
         """Play or read, draw, write the picture, and print how the episode ended."""
@@ -78,9 +80,11 @@ class Render:
         from socnav_env.env import SocNavEnv
 
         config = EnvConfig() if self.env_config is None else read_env_config(self.env_config)
-        env = SocNavEnv(self.reward, config=config, render_mode="rgb_array", weights=self.weights)
+        env = SocNavEnv(
+            self.reward, config=config, render_mode="rgb_array", weights=self.weights, scenario=self.scenario
+        )
         pictures, outcome = play(env, self.driver, self.seed, whole)
-        return pictures, config.control_period, outcome
+        return pictures, env.config.control_period, outcome
 
     def _draw(self, whole: bool) -> tuple[list[Image], float, str | None]:
         from socnav_env.clips import draw_recording
@@ -172,11 +176,25 @@ class Export:
         return 0
 
 
+@dataclass(frozen=True)
+class Scenarios:
+    """List the scenarios that ship: their names and what happens in them."""
+
+    def run(self) -> int:
+        """Print one line each."""
+        from socnav_env.scenarios import load_scenario, names
+
+        for name in names():
+            print(f"{name:28}{' '.join(load_scenario(name).description.split())}")
+        return 0
+
+
 COMMANDS: Final[dict[str, Callable[..., Command]]] = {
     "render": Render,
     "replay": Replay,
     "metrics": Metrics,
     "export": Export,
+    "scenarios": Scenarios,
 }
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
@@ -19,6 +20,7 @@ from socnav_env.metrics import episode_metrics
 from socnav_env.observations import AnyObservation, Observation, WindowObservation, make_observation
 from socnav_env.outcomes import Outcome
 from socnav_env.rewards import Moment, Reward, make_reward, weighted_terms
+from socnav_env.scenarios import Scenario, load_scenario
 
 if TYPE_CHECKING:
     from reward_model.graph import FrameGraph
@@ -52,7 +54,8 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
     Termination: the robot arrived, or touched a person, an object or a wall. Truncation: out of time. There is no
     other time limit.
 
-    Start: a room drawn with the generator that `reset(seed=)` seeds, after a warm-up in which the robot stands.
+    Start: a room drawn with the generator that `reset(seed=)` seeds, after a warm-up in which the robot stands; or a
+    scenario, whose details are drawn with it.
 
     Info, every step: `outcome` (None, "arrived", "collision_person", "collision_object", "collision_wall" or
     "timeout"), `is_success`, `in_rated_range` (whether people rated such a robot, see `RobotConfig`),
@@ -65,6 +68,8 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
     config: everything else that can be set; default `EnvConfig()`
     render_mode: None, "rgb_array" or "human"
     weights: which network judges, where a reward named here is a learned one: "default", "published" or a path
+    scenario: a name of `socnav_env.scenarios.names()`, a .yaml file, or a SocNav2 .json file to go on from; what it
+        sets itself outweighs `config`. None: rooms and people drawn as `config` says
 
     Versions: v0, the first one.
     """
@@ -78,11 +83,13 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
         config: EnvConfig | None = None,
         render_mode: str | None = None,
         weights: str = "default",
+        scenario: str | os.PathLike[str] | Scenario | None = None,
     ) -> None:
         if render_mode is not None and render_mode not in self.metadata["render_modes"]:
             valid = ", ".join(self.metadata["render_modes"])
             raise ValueError(f"render_mode must be None or one of {valid}, got {render_mode!r}")
-        self.config = EnvConfig() if config is None else config
+        self.scenario = None if scenario is None else load_scenario(scenario)
+        self.config = _config_of(config, self.scenario)
         self.reward = make_reward(reward, self.config.reward, weights)
         self.observation = make_observation(observation, self.config)
         self._reads_window = isinstance(self.observation, WindowObservation)
@@ -104,7 +111,7 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
         """Reset without looking: draw a new scene and return the info."""
         super().reset(seed=seed)
         frames_are_read = self.reward.scorer is not None or self._reads_window
-        self._episode = begin_episode(self.config, self.np_random, judged=frames_are_read)
+        self._episode = begin_episode(self.config, self.np_random, frames_are_read, self.scenario)
         if self.render_mode == "human":
             self.render()
         return self._outcome_info(None)
@@ -235,6 +242,16 @@ def judge(envs: Sequence[SocNavEnv]) -> list[Scores | None]:
         for place, (q1, q2) in zip(places, rows, strict=True):
             answers[place] = Scores(q1, q2)
     return answers
+
+
+def _config_of(config: EnvConfig | None, scenario: Scenario | None) -> EnvConfig:
+    """The configuration to go by. Raises `ConfigError` where a scenario's scene cannot be had with it."""
+    wanted = EnvConfig() if config is None else config
+    if scenario is None:
+        return wanted
+    adapted = scenario.adapt(wanted)
+    scenario.draw(adapted, np.random.default_rng(0))
+    return adapted
 
 
 def check_options(options: dict[str, Any] | None) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from reward_model.graph import FrameGraph
@@ -16,6 +18,9 @@ from socnav_env.snapshots import Recorder
 from socnav_env.trajectory import Trajectory, TrajectoryRecorder
 from socnav_env.views import SceneView
 from socnav_env.world import World
+
+if TYPE_CHECKING:
+    from socnav_env.scenarios import Scenario
 
 MAX_STARTS = 20  # scenes drawn until one survives its warm-up
 STANDING = np.zeros(3)  # command: forward speed, speed to the left, turn rate
@@ -79,14 +84,19 @@ class Episode:
             self._recorder.record()
 
 
-def begin_episode(config: EnvConfig, random: np.random.Generator, judged: bool) -> Episode:
+def begin_episode(
+    config: EnvConfig, random: np.random.Generator, judged: bool, scenario: Scenario | None = None
+) -> Episode:
     """Draw a scene and let its warm-up pass; a scene that is over before it begins is drawn anew.
+
+    scenario: to draw it from; None for the population that `config` asks for
 
     That can happen where people stop for nobody (`people.stop_distance` 0) and walk into the robot as it stands.
     Raises `ConfigError` where it happens every time.
     """
+    draw = sample_layout if scenario is None else scenario.draw
     for _ in range(MAX_STARTS):
-        episode = Episode(World(sample_layout(config, random), config, random), config, judged)
+        episode = Episode(World(draw(config, random), config, random), config, judged)
         if decide_outcome(episode.world, steps_left=1) is None:
             return episode
     raise ConfigError(

@@ -44,7 +44,13 @@ class SocNavVectorEnv(VectorEnv[Any, NDArray[np.float32], NDArray[Any]]):
         self.num_envs = num_envs
         self.autoreset_mode = _autoreset_mode(autoreset_mode)
         first = SocNavEnv(**arguments)
-        shared = {**arguments, "reward": first.reward, "observation": first.observation, "config": first.config}
+        shared = {
+            **arguments,
+            "reward": first.reward,
+            "observation": first.observation,
+            "config": first.config,
+            "scenario": first.scenario,
+        }
         self.envs = [first, *(SocNavEnv(**shared) for _ in range(num_envs - 1))]
         self.metadata = {**first.metadata, "autoreset_mode": self.autoreset_mode}
         self.render_mode = first.render_mode

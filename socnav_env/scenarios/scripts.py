@@ -1,0 +1,74 @@
+"""The script of a scenario's episode: a warm-up that ends exactly where the scenario begins, and everyone's route."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from socnav_env.config import EnvConfig
+from socnav_env.layout import Ending, FloatArray, Script
+from socnav_env.scenarios.floor import Floor
+
+STANDING_BACK: Final = 0.01  # m of way behind somebody that counts as none
+
+
+@dataclass(frozen=True)
+class Walk:
+    """How somebody goes on from the start.
+
+    speed: [m/s] at which they like to walk; NaN where that is drawn
+    under_way: whether they are walking when the episode begins
+    route: (num_places, 2) [m], empty for those who have none
+    delay: [s] for which they wait
+    """
+
+    speed: float = math.nan
+    under_way: bool = False
+    route: tuple[tuple[float, float], ...] = ()
+    delay: float = 0.0
+    ending: Ending = Ending.STAND
+
+
+def write_script(
+    robot_pose: FloatArray, poses: FloatArray, walks: list[Walk], config: EnvConfig, floor: Floor
+) -> Script:
+    """The script of a scene that says how it begins: the robot stood, and who is under way walked straight on.
+
+    poses: (num_people, 3) at the start
+    """
+    rows = config.warm_up_steps + 1
+    ages = config.control_period * np.arange(rows - 1, -1, -1)
+    people = np.repeat(poses[None], rows, axis=0)
+    velocities = np.zeros((len(poses), 3))
+    for index, (pose, walk) in enumerate(zip(poses, walks, strict=True)):
+        if not walk.under_way:
+            continue
+        direction = np.array([math.cos(pose[2]), math.sin(pose[2])])
+        behind = floor.free_way(pose[:2], -direction, walk.speed * config.warm_up, config.people.radius)
+        back = np.minimum(walk.speed * ages, behind)
+        people[:, index, :2] -= back[:, None] * direction
+        velocities[index, :2] = walk.speed * direction if behind > STANDING_BACK or rows == 1 else 0.0
+    return Script(
+        robot_poses=np.repeat(robot_pose[None], rows, axis=0),
+        commands=np.zeros((rows - 1, 3)),
+        people_poses=people,
+        velocities=velocities,
+        **orders_of(walks),
+    )
+
+
+def orders_of(walks: list[Walk]) -> dict[str, Any]:
+    """The arrays of a script that say how people go on."""
+    longest = max((len(walk.route) for walk in walks), default=0)
+    routes = np.full((len(walks), longest, 2), np.nan)
+    for row, walk in zip(routes, walks, strict=True):
+        row[: len(walk.route)] = np.array(walk.route).reshape(-1, 2)
+    return {
+        "speeds": np.array([walk.speed for walk in walks], dtype=np.float64),
+        "routes": routes,
+        "delays": np.array([walk.delay for walk in walks], dtype=np.float64),
+        "endings": np.array([walk.ending for walk in walks], dtype=np.int64),
+    }
