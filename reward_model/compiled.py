@@ -20,7 +20,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from reward_model.graph import FROM_ROOM, NUM_FRAMES, TO_ROOM, FrameGraph, NodeKind, Relation
+from reward_model.graph import FROM_ROOM, TO_ROOM, FrameGraph, NodeKind, Relation
 from reward_model.models.edge_networks import (
     EDGE_NETWORKS,
     MEASURED,
@@ -83,7 +83,7 @@ def propagate(batch: WindowBatch, layers: Items[LayerOperators]) -> Tensor:
             weights = _edge_weights(batch, layer)
         if index == len(layers) - 1:
             break
-        frames = min(NUM_FRAMES, len(layers) - index)
+        frames = min(len(hidden), len(layers) - index)
         hidden = functional.elu(_all_nodes(batch, layer, weights, hidden, frames))
     assert weights is not None, "a network has layers"
     return _newest_room(batch, layers[-1], weights, hidden)
@@ -93,7 +93,7 @@ def propagate(batch: WindowBatch, layers: Items[LayerOperators]) -> Tensor:
 class _EdgeWeights:
     """c_k of every edge, for one layer's tables or for several layers that share them.
 
-    into_room, out_of_room: (3, batch, num_slots, kinds * rank) in the columns of each node's kind
+    into_room, out_of_room: (num_frames, batch, num_slots, kinds * rank) in the columns of each node's kind
     links: for each of `LINK_RELATIONS`, (num_links, rank)
     """
 
@@ -120,7 +120,7 @@ def _same_tables(layer: LayerOperators, other: LayerOperators) -> bool:
 
 
 def _room_weights(batch: WindowBatch, tables: Tensor, steps: Tensor) -> Tensor:
-    """tables: (kinds, num_lengths, rank), steps: (kinds,). Returns (3, batch, num_slots, kinds * rank)."""
+    """tables: (kinds, num_lengths, rank), steps: (kinds,). Returns (num_frames, batch, num_slots, kinds * rank)."""
     of_kind = torch.stack([batch.kinds == kind for kind in _ROOM_KINDS], dim=3)
     kind = of_kind.long().argmax(dim=3)  # any kind for rooms and empty slots: their columns stay empty
     places = batch.lengths / steps[kind]

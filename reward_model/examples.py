@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
+from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from collections.abc import Sequence as Items
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from typing import Final, Literal, overload
 
@@ -68,23 +68,37 @@ class Examples:
         """Who scored what."""
         return Ratings(self.clips, self.raters, self.scores.astype(np.float64))
 
-    def labelled(self, clips_alike: bool = False) -> LabelledWindows:
-        """What to train on. clips_alike: every clip weighs the same, however many people scored it."""
-        if not clips_alike:
-            return LabelledWindows(self.windows, self.scores)
-        counts = Counter(self.clips)
-        weights = np.array([1 / counts[clip] for clip in self.clips], dtype=np.float32)
-        return LabelledWindows(self.windows, self.scores, weights)
+    def newest(self, num_frames: int) -> Examples:
+        """The same examples with no more than so many frames, the newest."""
+        return replace(self, windows=_Newest(self.windows, num_frames))
+
+    def labelled(self) -> LabelledWindows:
+        """Every score on its own: what to compare answers with."""
+        return LabelledWindows(self.windows, self.scores)
+
+    def labelled_clips(self, alike: bool) -> LabelledWindows:
+        """What to train on: each clip once, a variant at a time, with the mean of its scores.
+
+        The squared error of the mean has the same gradient as the mean of the squared errors, for less work.
+        alike: clips weigh the same, however many people scored them; else scores do
+        """
+        rows: dict[tuple[str, int], list[int]] = {}
+        for row, key in enumerate(zip(self.clips, self.variants.tolist(), strict=True)):
+            rows.setdefault(key, []).append(row)
+        known = ~np.isnan(self.scores)
+        counts = np.array([known[same].sum(axis=0) for same in rows.values()], dtype=np.float32)
+        totals = np.array([np.nansum(self.scores[same], axis=0) for same in rows.values()], dtype=np.float32)
+        means = np.divide(totals, counts, out=np.full_like(totals, np.nan), where=counts > 0)
+        windows = self.chosen(same[0] for same in rows.values()).windows
+        return LabelledWindows(windows, means, None if alike else counts)
 
 
-class _Chosen(Items[Items[FrameGraph]]):
-    """Some of the windows, looked up when they are asked for: all of them may be more than memory holds."""
+class _View(Items[Items[FrameGraph]], ABC):
+    """Windows made from others when they are asked for: all of them may be more than memory holds."""
 
-    def __init__(self, windows: Items[Items[FrameGraph]], rows: list[int]) -> None:
-        self._windows, self._rows = windows, rows
-
-    def __len__(self) -> int:
-        return len(self._rows)
+    @abstractmethod
+    def window(self, index: int) -> Items[FrameGraph]:
+        """One of them."""
 
     @overload
     def __getitem__(self, index: int) -> Items[FrameGraph]: ...
@@ -92,8 +106,34 @@ class _Chosen(Items[Items[FrameGraph]]):
     def __getitem__(self, index: slice) -> Items[Items[FrameGraph]]: ...
     def __getitem__(self, index: int | slice) -> Items[FrameGraph] | Items[Items[FrameGraph]]:
         if isinstance(index, slice):
-            return [self._windows[row] for row in self._rows[index]]
+            return [self.window(each) for each in range(*index.indices(len(self)))]
+        return self.window(index)
+
+
+class _Chosen(_View):
+    """Some of the windows."""
+
+    def __init__(self, windows: Items[Items[FrameGraph]], rows: list[int]) -> None:
+        self._windows, self._rows = windows, rows
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    def window(self, index: int) -> Items[FrameGraph]:
         return self._windows[self._rows[index]]
+
+
+class _Newest(_View):
+    """The newest frames of the windows."""
+
+    def __init__(self, windows: Items[Items[FrameGraph]], num_frames: int) -> None:
+        self._windows, self._num_frames = windows, num_frames
+
+    def __len__(self) -> int:
+        return len(self._windows)
+
+    def window(self, index: int) -> Items[FrameGraph]:
+        return self._windows[index][: self._num_frames]
 
 
 def examples_of(labelled: Iterable[LabelledSequence], augmentation: Augmentation = "none") -> Examples:
@@ -140,6 +180,14 @@ def part_of_scenes(examples: Examples, part: Part, held_out: float, seed: int = 
             "raise held_out, choose another seed or give more scenes"
         )
     return examples.chosen(row for row, scene in enumerate(examples.scenes) if scenes[scene])
+
+
+def split_in_two(examples: Examples, held_out: float, seed: int = 0) -> dict[Part, Examples]:
+    """As `split_by_scene`, with the scenes of its test part trained on: for data that is tested on other data."""
+    parts = split_by_scene(examples, held_out, seed)
+    kept = set(parts["development"].scenes)
+    rest = examples.chosen(row for row, scene in enumerate(examples.scenes) if scene not in kept)
+    return {"train": rest, "development": parts["development"]}
 
 
 def check_apart(parts: dict[Part, Examples]) -> None:

@@ -15,27 +15,16 @@ import numpy as np
 from rich.console import Console
 from rich.progress import Progress, TaskID
 
-from reward_model.cache import cached_examples
 from reward_model.checkpoint import Checkpoint, NetworkConfig, save_checkpoint
-from reward_model.data_files import DataFiles, find_files, read_files
-from reward_model.dataset import Augmentation
 from reward_model.evaluation import error_histogram, report
-from reward_model.examples import (
-    PARTS,
-    DatasetError,
-    Examples,
-    Part,
-    check_apart,
-    examples_of,
-    part_of_scenes,
-    split_by_scene,
-)
+from reward_model.examples import DatasetError, Examples, Part
 from reward_model.files import replace_file
 from reward_model.graph import Float32Array
+from reward_model.loading import DataConfig, load_part, load_parts
 from reward_model.networks import trainable_network, usable_device
 from reward_model.ratings import QUESTIONS
 from reward_model.scorer import SocialScorer
-from reward_model.training import Epoch, TrainingConfig, errors, fit
+from reward_model.training import Epoch, TrainingConfig, best_epoch, errors, fit
 
 STATE_FILE: Final = "training_state.safetensors"
 CURVE_FILE: Final = "curve.csv"
@@ -44,105 +33,69 @@ _SCORED_AT_ONCE: Final = 100  # windows between two moves of the progress bar
 
 
 @dataclass(frozen=True)
-class DataConfig:
-    """Which scenes to use.
+class Session:
+    """One training: of what, on what, and how.
 
-    path: see `reward_model.data_files.find_files`
-    augmentation: of the training part
-    held_out: where the data is not split, the share of scenes for development, and for the test
-    split_seed: which scenes these are
-    cache: where graphs are kept for the next time, nowhere where None
+    clips_alike: clips weigh the same, however many people scored them; else scores do
     """
 
-    path: Path
-    augmentation: Augmentation = "mirror"
-    held_out: float = 0.1
-    split_seed: int = 0
-    cache: Path | None = None
+    data: DataConfig
+    network: NetworkConfig
+    training: TrainingConfig
+    clips_alike: bool = True
 
 
-def load_parts(data: DataConfig, progress: Progress) -> dict[Part, Examples]:
-    """Read a data set and split it where it is not split.
-
-    Raises `DatasetError` and `ScenarioError` for what is wrong with it.
-    """
-    files = find_files(data.path)
-    if "all" in files:
-        return split_by_scene(_read(data, files, "all", data.augmentation, progress), data.held_out, data.split_seed)
-    for part in ("train", "development"):
-        if part not in files:
-            raise DatasetError(f"{data.path}: a data set that is split must have a {part} part, got {sorted(files)}")
-    parts: dict[Part, Examples] = {
-        part: _read(data, files, part, data.augmentation if part == "train" else "none", progress)
-        for part in PARTS
-        if part in files
-    }
-    check_apart(parts)
-    return parts
-
-
-def load_part(data: DataConfig, part: Part | Literal["all"], progress: Progress) -> Examples:
-    """Read one part of a data set, or all of it, without augmented copies. Raises as `load_parts`."""
-    files = find_files(data.path)
-    if part in files:
-        return _read(data, files, part, "none", progress)
-    if "all" in files and part != "all":
-        return part_of_scenes(_read(data, files, "all", "none", progress), part, data.held_out, data.split_seed)
-    if part != "all":
-        raise DatasetError(f"{data.path}: has no {part} part, got {sorted(files)}")
-    everything = tuple(path for paths in files.values() for path in paths)
-    return _read(data, {"all": everything}, "all", "none", progress)
-
-
-def train(
-    data: DataConfig,
-    network_config: NetworkConfig,
-    config: TrainingConfig,
-    output: Path,
-    resume: bool = False,
-    clips_alike: bool = True,
-) -> dict[str, Any]:
+def train(session: Session, output: Path, resume: bool = False) -> dict[str, Any]:
     """Train a network and save it as a checkpoint in `output`, beside its curve and logs.
 
     resume: go on with the training that was interrupted there
-    clips_alike: every clip weighs the same, however many people scored it
     Returns what the checkpoint says about itself. Raises `ValueError`s for what is wrong with data or options.
     """
-    usable_device(network_config, config.device)
+    usable_device(session.network, session.training.device)
     if not resume and (output / STATE_FILE).exists():
         raise DatasetError(f"{output}: holds a training already; resume it or choose another output")
     console = Console(stderr=True)
     with Progress(console=console) as progress:
-        parts = load_parts(data, progress)
-        network = trainable_network(network_config, config.seed)
-        bar = progress.add_task("train", total=config.max_epochs)
+        parts = load_parts(session.data, progress)
+        bar = progress.add_task("train", total=session.training.max_epochs)
         with _Log(output, progress, bar) as log:
-            history = fit(
-                network,
-                parts["train"].labelled(clips_alike),
-                parts["development"].labelled(),
-                config,
-                log,
-                output / STATE_FILE,
-                resume,
-            )
-    about = {
+            about = learn(session, parts, output, log, resume)
+    for question in sorted(set(QUESTIONS) - set(about["questions"])):
+        console.print(f"[yellow]nobody was asked for {question.upper()}: this network's {question} means nothing")
+    return about
+
+
+def learn(
+    session: Session,
+    parts: dict[Part, Examples],
+    output: Path,
+    after_epoch: Callable[[Epoch], None] = lambda epoch: None,
+    resume: bool = False,
+) -> dict[str, Any]:
+    """Train on parts of a data set and save the checkpoint, which keeps what this returns; see `train`."""
+    data, config = session.data, session.training
+    network = trainable_network(session.network, config.seed)
+    learned = parts["train"].labelled_clips(session.clips_alike)
+    history = fit(network, learned, parts["development"].labelled(), config, after_epoch, output / STATE_FILE, resume)
+    best = best_epoch(history)
+    about: dict[str, Any] = {
         "data": data.path.name,
         "questions": _asked(parts["train"]),
         "examples": {part: len(examples) for part, examples in parts.items()},
         "augmentation": data.augmentation,
+        "frames": data.frames,
         "training": asdict(config),
         "epochs": len(history),
-        "development_error": min(epoch.development_error for epoch in history),
+        "best_epoch": best.number,
+        "train_error": best.train_error,
+        "development_error": best.development_error,
         "parameters": sum(parameter.numel() for parameter in network.parameters()),
     }
     if "test" in parts:
         found = errors(network, parts["test"].labelled(), config.device).tolist()
         about["test_error"] = {q: e for q, e in zip(QUESTIONS, found, strict=True) if not np.isnan(e)}
     state = {name: tensor.cpu() for name, tensor in network.state_dict().items()}
-    save_checkpoint(output, Checkpoint(network_config, state, about))
-    for question in sorted(set(QUESTIONS) - set(_asked(parts["train"]))):
-        console.print(f"[yellow]nobody was asked for {question.upper()}: this network's {question} means nothing")
+    save_checkpoint(output, Checkpoint(session.network, state, about))
     return about
 
 
@@ -199,23 +152,6 @@ class _Log:
             self._writer.add_scalar(f"error/{name}", value, epoch.number)
         line = f"train, errors {epoch.train_error:.5f} / {epoch.development_error:.5f}"
         self._progress.update(self._bar, advance=1, description=line)
-
-
-def _read(
-    data: DataConfig,
-    files: DataFiles,
-    part: Part | Literal["all"],
-    augmentation: Augmentation,
-    progress: Progress,
-) -> Examples:
-    bar = progress.add_task(f"read {part}", total=len(files[part]))
-
-    def make() -> Examples:
-        return examples_of(read_files(files[part], lambda: progress.advance(bar)), augmentation)
-
-    found = make() if data.cache is None else cached_examples(files[part], augmentation, data.cache, make)
-    progress.update(bar, completed=len(files[part]))
-    return found
 
 
 def _answers(scorer: SocialScorer, examples: Examples, progress: Progress) -> Float32Array:

@@ -58,6 +58,10 @@ class Train:
     """Share of scenes for development, and for the test, where the data is not split."""
     split_seed: int = 0
     """Which scenes these are."""
+    test: Path | None = None
+    """Other data to report errors on; where the first is not split, none of it is then kept for the test."""
+    frames: Literal[1, 2, 3] = 3
+    """Of each window, the newest; 1 is enough where nothing moves, as in SocNav1, and takes a third of the time."""
     cache: bool = True
     """Keep the graphs made of the data in the user's cache folder, or SOCNAV_CACHE, for the next time."""
     device: str = "auto"
@@ -67,9 +71,9 @@ class Train:
 
     def run(self) -> None:
         """Train and print what the checkpoint says about itself, as JSON."""
-        from reward_model.learning import DataConfig, train
+        from reward_model.learning import Session, train
+        from reward_model.loading import DataConfig
         from reward_model.networks import best_device
-        from reward_model.scorer import cache_folder
         from reward_model.training import TrainingConfig
 
         network = self._network()
@@ -77,9 +81,16 @@ class Train:
         config = TrainingConfig(
             self.max_epochs, self.patience, self.batch_size, self.learning_rate, self.weight_decay, self.seed, device
         )
-        cache = cache_folder() / GRAPHS if self.cache else None
-        data = DataConfig(self.data, self.augment, self.held_out, self.split_seed, cache)
-        about = train(data, network, config, self.output, self.resume, self.weigh == "clips")
+        data = DataConfig(
+            self.data,
+            self.augment,
+            self.held_out,
+            self.split_seed,
+            graph_folder(self.cache),
+            self.frames,
+            self.test,
+        )
+        about = train(Session(data, network, config, self.weigh == "clips"), self.output, self.resume)
         print(json.dumps(about, indent=2), flush=True)
 
     def _network(self) -> NetworkConfig:
@@ -98,7 +109,10 @@ class Train:
 
 @dataclass(frozen=True)
 class Evaluate:
-    """Compare a network with people's scores: errors, rank correlation and the human ceiling, as JSON."""
+    """Compare a network with people's scores: errors, rank correlation and the human ceiling, as JSON.
+
+    A network sees as many frames of each window as it was trained on.
+    """
 
     data: Path
     """As for train."""
@@ -117,12 +131,17 @@ class Evaluate:
 
     def run(self) -> None:
         """Evaluate and print the report."""
-        from reward_model.learning import DataConfig, evaluate
-        from reward_model.scorer import cache_folder, load_scorer
+        from reward_model.checkpoint import load_checkpoint
+        from reward_model.graph import NUM_FRAMES
+        from reward_model.learning import evaluate
+        from reward_model.loading import DataConfig
+        from reward_model.scorer import load_scorer, weights_path
 
-        cache = cache_folder() / GRAPHS if self.cache else None
-        data = DataConfig(self.data, "none", self.held_out, self.split_seed, cache)
-        document = evaluate(load_scorer(self.weights), data, self.part, self.output)
+        scorer = load_scorer(self.weights)
+        frames = load_checkpoint(weights_path(self.weights)).about.get("frames", NUM_FRAMES)
+        cache = graph_folder(self.cache)
+        data = DataConfig(self.data, "none", self.held_out, self.split_seed, cache, frames)
+        document = evaluate(scorer, data, self.part, self.output)
         print(json.dumps(document, indent=2), flush=True)
 
 
@@ -154,6 +173,13 @@ class Agreement:
                     "ceiling": {name: None if math.isnan(value) else value for name, value in ceiling.items()},
                 }
         print(json.dumps(document), flush=True)
+
+
+def graph_folder(cache: bool) -> Path | None:
+    """Where graphs are kept for the next time, if they are."""
+    from reward_model.scorer import cache_folder
+
+    return cache_folder() / GRAPHS if cache else None
 
 
 def _rows(matrix: FloatArray) -> list[list[float | None]]:

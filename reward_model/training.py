@@ -42,7 +42,7 @@ class LabelledWindows:
 
     windows: each one to three frames, newest first
     scores: (num_windows, 2) Q1 and Q2 in 0..1, NaN where a question was not asked
-    weights: (num_windows,) how much each counts in training, all the same where there are none
+    weights: (num_windows, 2) how much each score counts in training, all the same where there are none
     """
 
     windows: Items[Items[FrameGraph]]
@@ -82,6 +82,15 @@ class Epoch(NamedTuple):
     development_error: float
 
 
+class DivergedError(ValueError):
+    """No error of a training ever was a number."""
+
+
+def best_epoch(history: Items[Epoch]) -> Epoch:
+    """The first epoch with the smallest development error; one that is no number is the worst."""
+    return min(history, key=lambda epoch: float(np.nan_to_num(epoch.development_error, nan=math.inf)))
+
+
 def fit(
     network: TrainableNetwork,
     train: LabelledWindows,
@@ -97,8 +106,8 @@ def fit(
     after_epoch: called with every epoch when it is over, after `state_file` holds it; when a training is taken up
         again, first with those that it had
     state_file: written after every epoch; with `resume`, the training in it goes on to the end that it would have had
-    Raises `ValueError` where one of the two holds no score at all or no error ever was a number, and
-    `TrainingStateError` where `state_file` does not hold this training.
+    Raises `ValueError` where one of the two holds no score at all, `DivergedError` where no error ever was a number,
+    and `TrainingStateError` where `state_file` does not hold this training.
     """
     for name, data in (("train", train), ("development", development)):
         if np.isnan(data.scores).all():
@@ -118,7 +127,9 @@ def fit(
                 training.save(state_file)
             after_epoch(training.history[-1])
     if math.isnan(training.best.development_error):
-        raise ValueError(f"training got out of hand, no error is a number; lower learning_rate {config.learning_rate}")
+        raise DivergedError(
+            f"training got out of hand, no error is a number; lower learning_rate {config.learning_rate}"
+        )
     network.load_state_dict(training.best_state)
     network.eval()
     return training.history
@@ -165,8 +176,7 @@ class _Training:
 
     @property
     def best(self) -> Epoch:
-        """The first epoch with the smallest development error; one that is no number is the worst."""
-        return min(self.history, key=lambda epoch: float(np.nan_to_num(epoch.development_error, nan=math.inf)))
+        return best_epoch(self.history)
 
     def is_over(self) -> bool:
         if not self.history:
@@ -219,11 +229,11 @@ class _Training:
     def _run(self) -> dict[str, object]:
         """What makes this training this one."""
         shapes = {name: list(tensor.shape) for name, tensor in self.network.state_dict().items()}
-        digests = {"train_data": _digest(self.train), "development_data": _digest(self.development)}
+        digests = {"train_data": data_digest(self.train), "development_data": data_digest(self.development)}
         return asdict(self.config) | digests | {"network": [type(self.network).__name__, shapes]}
 
 
-def _digest(data: LabelledWindows) -> str:
+def data_digest(data: LabelledWindows) -> str:
     """Tells one set of windows from another by its scores, weights and sizes."""
     digest = hashlib.sha256(data.scores.tobytes())
     digest.update(b"" if data.weights is None else data.weights.tobytes())
@@ -262,7 +272,7 @@ def _answers(network: TrainableNetwork, data: LabelledWindows, chosen: _Indices,
 def _weighted_mean(squares: Tensor, known: Tensor, data: LabelledWindows, chosen: _Indices) -> Tensor:
     if data.weights is None:
         return squares.sum() / known.sum().clamp(min=1)
-    weights = torch.from_numpy(data.weights[chosen]).to(squares.device).unsqueeze(1)
+    weights = torch.from_numpy(data.weights[chosen]).to(squares.device)
     total = (weights * known).sum()
     return (weights * squares).sum() / torch.where(total > 0, total, 1.0)
 

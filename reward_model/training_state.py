@@ -66,16 +66,17 @@ def load_state(path: Path, run: dict[str, Any]) -> TrainingState:
         raise TrainingStateError(f"{path}: not a readable training state ({error})") from None
     if not isinstance(document, dict) or set(document) != _KEYS or document["version"] != _VERSION:
         raise TrainingStateError(f"{path}: must be a training state of version {_VERSION!r}")
-    _check_same(path, document["run"], run)
+    check_same(path, document["run"], run)
     return TrainingState(document["run"], document["progress"], tensors)
 
 
-def _check_same(path: Path, saved: dict[str, Any], run: dict[str, Any]) -> None:
+def check_same(path: Path, saved: dict[str, Any], run: dict[str, Any], what: str = "a training") -> None:
+    """Raise `TrainingStateError` where what is to be gone on with was begun otherwise, naming the first difference."""
     now = json.loads(json.dumps(run))
     for name in sorted(saved.keys() | now.keys()):
         if saved.get(name) != now.get(name):
             raise TrainingStateError(
-                f"{path}: a training is gone on with as it was begun, {name} was {saved.get(name)}, got {now.get(name)}"
+                f"{path}: {what} is gone on with as it was begun, {name} was {saved.get(name)}, got {now.get(name)}"
             )
 
 

@@ -1,8 +1,9 @@
 """Many windows of frames as one set of padded tensors: what the compiled networks read.
 
-Every window is laid out on the same grid of 3 frames by `num_slots` slots, all newest frames first. The room stands
-in slot 0 and a thing keeps its slot in all frames, so a temporal edge joins equal slots and the edges to and from
-the room need no index at all. Only links (interactions, people near walls) are stored as lists.
+Every window is laid out on the same grid of as many frames as the longest window has, 3 at most, by `num_slots`
+slots, all newest frames first. The room stands in slot 0 and a thing keeps its slot in all frames, so a temporal edge
+joins equal slots and the edges to and from the room need no index at all. Only links (interactions, people near walls)
+are stored as lists.
 """
 
 from __future__ import annotations
@@ -16,7 +17,6 @@ import torch
 from torch import Tensor
 
 from reward_model.graph import (
-    NUM_FRAMES,
     NUM_NODE_FEATURES,
     TIME_FEATURES,
     Float32Array,
@@ -41,12 +41,12 @@ ABSENT: Final = -1  # the kind of an empty slot
 class WindowBatch:
     """Padded windows.
 
-    features: (3, batch, num_slots, 42)
-    kinds: (3, batch, num_slots) of `NodeKind`, or `ABSENT`
-    lengths: (3, batch, num_slots) of the room edges [dam]
-    degrees: (3, batch, num_slots) incoming edges, at least 1
-    together: (2, batch, num_slots) 1 where a slot is filled in this frame and in the next older one
-    link_sources, link_targets: (num_links,) places in the flattened 3 * batch * num_slots grid
+    features: (num_frames, batch, num_slots, 42)
+    kinds: (num_frames, batch, num_slots) of `NodeKind`, or `ABSENT`
+    lengths: (num_frames, batch, num_slots) of the room edges [dam]
+    degrees: (num_frames, batch, num_slots) incoming edges, at least 1
+    together: (num_frames - 1, batch, num_slots) 1 where a slot is filled in this frame and in the next older one
+    link_sources, link_targets: (num_links,) places in the flattened num_frames * batch * num_slots grid
     link_lengths: (num_links,) [dam or m]
     link_counts: how many links of each of `LINK_RELATIONS`; links are sorted that way
     """
@@ -71,7 +71,7 @@ def pack_windows(windows: Items[Items[FrameGraph]]) -> WindowBatch:
     """Lay windows, each one to three frames newest first, out on one grid."""
     slots = [_slots(window) for window in windows]
     num_slots = max(int(places.max()) + 1 for window in slots for places in window)
-    shape = (NUM_FRAMES, len(windows), num_slots)
+    shape = (max(map(len, windows)), len(windows), num_slots)
     features = np.zeros((*shape, NUM_NODE_FEATURES), dtype=np.float32)
     kinds = np.full(shape, ABSENT, dtype=np.int64)
     lengths = np.zeros(shape, dtype=np.float32)

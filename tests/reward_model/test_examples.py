@@ -3,7 +3,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import torch
 
+from reward_model.compiled import EdgelessMPNN
 from reward_model.dataset import VARIANTS, judged_window, mirrored, rotated
 from reward_model.examples import (
     DatasetError,
@@ -12,9 +14,11 @@ from reward_model.examples import (
     examples_of,
     part_of_scenes,
     split_by_scene,
+    split_in_two,
 )
 from reward_model.graph import NUM_NODE_FEATURES, sequence_frames
 from reward_model.scenario import LabelledSequence, Sequence
+from reward_model.training import TrainingConfig, fit
 from tests.reward_model.random_scenes import random_sequence
 
 # Where a feature stands, and what becomes of it (SOCNAV2.md's layout): x to the right changes sign in the mirror,
@@ -126,10 +130,50 @@ def test_a_scene_in_two_parts_is_refused():
         check_apart({"train": many(4), "test": examples_of([labelled("3")])})
 
 
-def test_clips_can_weigh_the_same():
-    """Scene 1 is shown in two clips, one of them to two people."""
-    rows = [labelled("1", "a", clip="1 A"), labelled("1", "b", clip="1 A"), labelled("1", "a", clip="1 B")]
+def test_a_clip_is_trained_on_once_with_its_mean_score():
+    """Scene 1 is shown in two clips, one of them to two people, of whom one was asked for Q2."""
+    rows = [
+        labelled("1", "a", 0.2, clip="1 A"),
+        labelled("1", "b", 0.6, 0.9, clip="1 A"),
+        labelled("1", "a", 0.5, clip="1 B"),
+    ]
+    examples = examples_of(rows, "mirror")
+    alike, by_scores = examples.labelled_clips(alike=True), examples.labelled_clips(alike=False)
+    expected = np.float32([[0.4, 0.9], [0.4, 0.9], [0.5, np.nan], [0.5, np.nan]])
+    for data in (alike, by_scores):
+        np.testing.assert_array_equal(data.scores, expected)
+        assert [window is examples.windows[row] for window, row in zip(data.windows, (0, 1, 4, 5), strict=True)]
+    assert alike.weights is None
+    assert by_scores.weights.tolist() == [[2, 1], [2, 1], [1, 0], [1, 0]]
+    assert examples.labelled().weights is None and len(examples.labelled()) == 6
+    assert examples.ratings().of_question(0)["1 B"] == [("a", 0.5), ("a", 0.5)]
+
+
+def test_means_have_the_gradient_of_all_scores():
+    rows = [labelled("1", "a", 0.2, clip="A"), labelled("1", "b", 0.6, clip="A"), labelled("2", "a", 0.9, clip="B")]
     examples = examples_of(rows)
-    assert examples.labelled().weights is None
-    assert examples.labelled(clips_alike=True).weights.tolist() == [0.5, 0.5, 1.0]
-    assert examples.ratings().of_question(0) == {"1 A": [("a", 0.5), ("b", 0.5)], "1 B": [("a", 0.5)]}
+    states = []
+    for data in (examples.labelled(), examples.labelled_clips(alike=False)):
+        torch.manual_seed(0)
+        network = EdgelessMPNN((42, 4, 2), "tabulated")
+        fit(network, data, examples.labelled(), TrainingConfig(max_epochs=3, batch_size=3))
+        states.append(network.state_dict())
+    for name, tensor in states[0].items():
+        torch.testing.assert_close(tensor, states[1][name], atol=1e-5, rtol=1e-4)
+
+
+def test_the_newest_frames_alone():
+    examples = many(5)
+    newest = examples.newest(1)
+    assert [len(window) for window in newest.windows] == [1] * len(examples)
+    assert newest.windows[-1][0] is examples.windows[-1][0]
+    assert [len(window) for window in newest.chosen([0, 3]).newest(2).windows[:2]] == [1, 1]
+
+
+def test_two_parts_for_data_that_is_tested_elsewhere():
+    examples = many(augmentation="mirror")
+    parts, three = split_in_two(examples, 0.2), split_by_scene(examples, 0.2)
+    assert list(parts) == ["train", "development"]
+    assert parts["development"].scenes == three["development"].scenes
+    assert set(parts["train"].scenes) == set(three["train"].scenes) | set(three["test"].scenes)
+    assert len(parts["train"]) == len(three["train"]) + 2 * len(three["test"])

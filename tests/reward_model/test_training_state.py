@@ -125,7 +125,7 @@ def test_nothing_to_go_on_with(tmp_path):
 def test_weights_change_what_counts():
     """A window that weighs nothing says nothing: a training without it goes the same way."""
     data = labelled(6)
-    weights = np.array([1, 1, 1, 1, 0, 0], dtype=np.float32)
+    weights = np.repeat(np.float32([[1], [1], [1], [1], [0], [0]]), 2, axis=1)
     whole = LabelledWindows(data.windows[:4], data.scores[:4])
     config = TrainingConfig(max_epochs=3, batch_size=6)
     states = []

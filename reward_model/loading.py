@@ -1,0 +1,106 @@
+"""From a data set's place on disk to its examples, part by part: what training, search and evaluation start with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+from rich.progress import Progress
+
+from reward_model.cache import cached_examples
+from reward_model.data_files import DataFiles, find_files, read_files
+from reward_model.dataset import Augmentation
+from reward_model.examples import (
+    PARTS,
+    DatasetError,
+    Examples,
+    Part,
+    check_apart,
+    examples_of,
+    part_of_scenes,
+    split_by_scene,
+    split_in_two,
+)
+from reward_model.graph import NUM_FRAMES
+
+
+@dataclass(frozen=True)
+class DataConfig:
+    """Which scenes to use.
+
+    path: see `reward_model.data_files.find_files`
+    augmentation: of the training part
+    held_out: where the data is not split, the share of scenes for development, and for the test
+    split_seed: which scenes these are
+    cache: where graphs are kept for the next time, nowhere where None
+    frames: of each window, the newest; 1 is enough where nothing moves
+    test: another data set, all of which is the test part; where the first is not split, its own test scenes are then
+        trained on
+    """
+
+    path: Path
+    augmentation: Augmentation = "mirror"
+    held_out: float = 0.1
+    split_seed: int = 0
+    cache: Path | None = None
+    frames: int = NUM_FRAMES
+    test: Path | None = None
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.frames <= NUM_FRAMES:
+            raise DatasetError(f"frames must be 1 to {NUM_FRAMES}, got {self.frames}")
+
+
+def load_parts(data: DataConfig, progress: Progress) -> dict[Part, Examples]:
+    """Read a data set and split it where it is not split.
+
+    Raises `DatasetError` and `ScenarioError` for what is wrong with it.
+    """
+    files = find_files(data.path)
+    for part in ("train", "development"):
+        if "all" not in files and part not in files:
+            raise DatasetError(f"{data.path}: a data set that is split must have a {part} part, got {sorted(files)}")
+    if "all" in files:
+        split = split_by_scene if data.test is None else split_in_two
+        parts = split(_read(data, files, "all", data.augmentation, progress), data.held_out, data.split_seed)
+    else:
+        parts = {
+            part: _read(data, files, part, data.augmentation if part == "train" else "none", progress)
+            for part in PARTS
+            if part in files and (part != "test" or data.test is None)
+        }
+    if data.test is not None:
+        parts["test"] = load_part(replace(data, path=data.test, test=None), "all", progress)
+    check_apart(parts)
+    return parts
+
+
+def load_part(data: DataConfig, part: Part | Literal["all"], progress: Progress) -> Examples:
+    """Read one part of a data set, or all of it, without augmented copies. Raises as `load_parts`."""
+    files = find_files(data.path)
+    if part in files:
+        return _read(data, files, part, "none", progress)
+    if "all" in files and part != "all":
+        return part_of_scenes(_read(data, files, "all", "none", progress), part, data.held_out, data.split_seed)
+    if part != "all":
+        raise DatasetError(f"{data.path}: has no {part} part, got {sorted(files)}")
+    everything = tuple(path for paths in files.values() for path in paths)
+    return _read(data, {"all": everything}, "all", "none", progress)
+
+
+def _read(
+    data: DataConfig,
+    files: DataFiles,
+    part: Part | Literal["all"],
+    augmentation: Augmentation,
+    progress: Progress,
+) -> Examples:
+    bar = progress.add_task(f"read {part}", total=len(files[part]))
+
+    def make() -> Examples:
+        return examples_of(read_files(files[part], lambda: progress.advance(bar)), augmentation)
+
+    found = make() if data.cache is None else cached_examples(files[part], augmentation, data.cache, make)
+    progress.update(bar, completed=len(files[part]))
+    return found if data.frames == NUM_FRAMES else found.newest(data.frames)
