@@ -47,6 +47,27 @@ def check_names(name: str, values: object, valid: Iterable[str]) -> None:
         raise ConfigError(f"{name} must name each kind once, got {', '.join(values)}")
 
 
+def check_flag(name: str, value: object) -> None:
+    """Refuse what is neither True nor False."""
+    if not isinstance(value, bool):
+        raise ConfigError(f"{name} must be true or false, got {value!r}")
+
+
+def check_choice(name: str, value: object, valid: Iterable[str]) -> None:
+    """Refuse what is not one of `valid`."""
+    known = tuple(valid)
+    if value not in known:
+        raise ConfigError(f"{name} must be one of {', '.join(known)}, got {value!r}")
+
+
+def check_weights(name: str, weights: object, of: str, count: int) -> None:
+    """Refuse what is neither empty nor one weight of at least 0 for each of `count` kinds, not all 0."""
+    if not isinstance(weights, tuple) or not all(_is_number(each) and each >= 0 for each in weights):
+        raise ConfigError(f"{name} must be numbers of at least 0, got {weights!r}")
+    if weights and (len(weights) != count or not sum(weights) > 0):
+        raise ConfigError(f"{name} must be one number for each of {of}, not all 0, got {weights} for {count}")
+
+
 def check_whole(name: str, duration: float, unit: str, step: float) -> None:
     """Refuse a duration that is not a whole number of steps."""
     count = duration / step

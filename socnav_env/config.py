@@ -14,6 +14,8 @@ from typing import Any, Self
 from socnav_env.checks import ConfigError as ConfigError
 from socnav_env.checks import check_number, check_whole
 from socnav_env.people_config import MAX_HASTE as MAX_HASTE
+from socnav_env.people_config import GroupConfig as GroupConfig
+from socnav_env.people_config import OrcaConfig as OrcaConfig
 from socnav_env.people_config import PeopleConfig as PeopleConfig
 from socnav_env.reward_config import RewardConfig as RewardConfig
 from socnav_env.robot_config import MOST_NOISE
@@ -31,6 +33,7 @@ from socnav_env.scene_config import ROOM_KINDS as ROOM_KINDS
 from socnav_env.scene_config import SQUARE as SQUARE
 from socnav_env.scene_config import TALKING as TALKING
 from socnav_env.scene_config import WALKING_TOGETHER as WALKING_TOGETHER
+from socnav_env.scene_config import ConversationConfig as ConversationConfig
 from socnav_env.scene_config import PopulationConfig as PopulationConfig
 from socnav_env.scene_config import RoomConfig as RoomConfig
 from socnav_env.sensor_config import SensorConfig as SensorConfig
@@ -65,6 +68,7 @@ class EnvConfig:
         check_whole("warm_up", self.warm_up, "control period", self.control_period)
         check_whole("time_limit", self.time_limit, "control period", self.control_period)
         self._check_speeds()
+        self._check_circles()
         self._check_room_for_all()
 
     @property
@@ -108,6 +112,14 @@ class EnvConfig:
                     f"{name}: at top speed a body must move less than its radius in a physics step, got "
                     f"{speed:g} m/s x {self.physics_step:g} s and {radius:g} m; use a smaller physics_step"
                 )
+
+    def _check_circles(self) -> None:
+        """Refuse circles of people who touch."""
+        spacing, radius = self.population.circle_spacing[0], self.people.radius
+        if spacing < 2 * radius:
+            raise ConfigError(
+                f"population.circle_spacing must be at least twice people.radius, got {spacing} and {radius}"
+            )
 
     def _check_room_for_all(self) -> None:
         """Refuse what even the least populated scene of the smallest room cannot hold."""

@@ -19,7 +19,7 @@ from pymunk.batch import BodyFields
 from reward_model.jit import call_with_pointers, call_with_real, njit
 from socnav_env.config import EnvConfig
 from socnav_env.layout import BoolArray, FloatArray, IntArray
-from socnav_env.pedestrians import Surroundings
+from socnav_env.walkers import Surroundings
 
 ROBOT, PERSON, OBJECT, WALL = 1, 2, 3, 4  # pymunk's collision types
 BODY_MASS = 1.0  # kg, the robot's and everyone's: where bodies touch, both give way

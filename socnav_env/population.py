@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from itertools import combinations, pairwise
 
 import numpy as np
 
@@ -14,11 +15,13 @@ from socnav_env.config import (
     TALKING,
     WALKING_TOGETHER,
     EnvConfig,
-    PopulationConfig,
     RobotConfig,
 )
+from socnav_env.counts import Counts, draw_counts
+from socnav_env.formations import circle_poses, circle_radius
 from socnav_env.geometry import boxes_of, first_free, first_free_pair
 from socnav_env.layout import FloatArray, Layout, ObjectKind, Room
+from socnav_env.people_config import STAND
 from socnav_env.rooms import CELL, is_reachable, sample_room
 
 CANDIDATES = 64  # places looked at for each entity before the population is drawn anew
@@ -33,17 +36,19 @@ class _NoPlaceError(Exception):
 def sample_layout(config: EnvConfig, rng: np.random.Generator) -> Layout:
     """Draw a room, then people, objects, goal and robot, none in another's way, the goal within reach.
 
-    A population that does not fit is drawn anew, counts included, so that small rooms hold fewer than large ones;
-    the room stays, so that each kind keeps its share.
+    A population that does not fit is drawn anew, by default counts included, so that small rooms hold fewer than
+    large ones; the room stays, so that each kind keeps its share.
 
     Raises `ConfigError` naming the room and what found no place, after `population.max_tries` populations.
     """
     room = sample_room(config.room, rng)
     failures: Counter[str] = Counter()
-    for _ in range(config.population.max_tries):
-        draft = _Draft(room, config, rng)
+    counts = draw_counts(config.population, rng)
+    for attempt in range(config.population.max_tries):
+        if attempt > 0 and config.population.redraw_counts:
+            counts = draw_counts(config.population, rng)
         try:
-            return draft.populate()
+            return _Draft(room, config, rng).populate(counts)
         except _NoPlaceError as failure:
             failures[str(failure)] += 1
     what, _count = failures.most_common(1)[0]
@@ -64,6 +69,7 @@ class _Draft:
         self.discs = np.empty((config.population.max_people + 1, 3))
         self.boxes = np.empty((config.population.max_objects, 6))
         self.num_discs = self.num_boxes = 0
+        self.spaces: list[tuple[float, float, float]] = []  # x, y, radius of the circles of people who talk
         self.people: list[tuple[float, float, float]] = []
         self.walk: list[bool] = []
         self.group: list[int] = []
@@ -72,10 +78,12 @@ class _Draft:
         self.kinds: list[ObjectKind] = []
         self.interactions: list[tuple[str, int, int]] = []  # relation, person, other person or object
 
-    def populate(self) -> Layout:
+    def populate(self, counts: Counts) -> Layout:
         """Place everything, what is large first."""
-        population = self.config.population
-        counts = _Counts(population, self.rng)
+        for size in counts.circles:
+            self._place_circle(size)
+        for size in counts.walking_groups:
+            self._place_walking_group(size)
         for _ in range(counts.tables):
             self._place_table()
         for _ in range(counts.plants):
@@ -118,7 +126,10 @@ class _Draft:
         return float(self.rng.uniform(-math.pi, math.pi))
 
     def _obstacles(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        return self.walls, self.discs[: self.num_discs], self.boxes[: self.num_boxes]
+        discs = self.discs[: self.num_discs]
+        if self.spaces:
+            discs = np.vstack([discs, self.spaces])
+        return self.walls, discs, self.boxes[: self.num_boxes]
 
     def _free_place(self, margin: float, what: str) -> FloatArray:
         places = self._anywhere()
@@ -129,14 +140,14 @@ class _Draft:
         return place
 
     def _free_pair(
-        self, distances: tuple[float, float], margins: tuple[float, float], what: str
+        self, distances: tuple[float, float], margins: tuple[float, float], what: str, sight: float = SIGHT
     ) -> tuple[FloatArray, FloatArray]:
-        """Two free places as far apart as asked, within sight of each other."""
+        """Two free places as far apart as asked, nothing within `sight` [m] of the line between them."""
         firsts = self._anywhere()
         apart = self.rng.uniform(*distances, CANDIDATES)
         direction = self.rng.uniform(-math.pi, math.pi, CANDIDATES)
         seconds = firsts + apart[:, None] * np.column_stack([np.cos(direction), np.sin(direction)])
-        index = first_free_pair(firsts, seconds, *margins, SIGHT, *self._obstacles())
+        index = first_free_pair(firsts, seconds, *margins, sight, *self._obstacles())
         if index < 0:
             raise _NoPlaceError(what)
         return firsts[index], seconds[index]
@@ -204,12 +215,36 @@ class _Draft:
         other = self._add_person(second, _wrap(_direction(second, first) + askew[1]))
         self.interactions.append((TALKING, one, other))
 
+    def _place_circle(self, size: int) -> None:
+        """People in a circle with nothing inside: an F-formation (Kendon 1990), its o-space in their middle."""
+        spacing = float(self.rng.uniform(*self.config.population.circle_spacing))
+        radius = circle_radius(size, spacing)
+        middle = self._free_place(radius + self.config.people.clearance, f"a circle of {size}")
+        poses = circle_poses(middle, radius, size, self._heading())
+        self.spaces.append((float(middle[0]), float(middle[1]), radius))
+        members = [self._add_person(pose[:2], float(pose[2])) for pose in poses]
+        self.interactions += [(TALKING, *pair) for pair in combinations(members, 2)]
+
+    def _place_walking_group(self, size: int) -> None:
+        """People abreast, the same distance apart."""
+        spacing = float(self.rng.uniform(*self.config.population.couple_distance))
+        width, clearance = (size - 1) * spacing, self.config.people.clearance
+        what = f"a walking group of {size}"
+        left, right = self._free_pair((width, width), (clearance, clearance), what, sight=clearance)
+        heading = _wrap(_direction(right, left) - math.pi / 2)
+        group = max(self.group, default=-1) + 1
+        members = [
+            self._add_person(left + share * (right - left), heading, walks=True, group=group)
+            for share in np.linspace(0.0, 1.0, size)
+        ]
+        self.interactions += [(WALKING_TOGETHER, *pair) for pair in pairwise(members)]
+
     def _place_couple(self) -> None:
         clearance = self.config.people.clearance
         distances = self.config.population.couple_distance
         left, right = self._free_pair(distances, (clearance, clearance), "a couple")
         heading = _wrap(_direction(right, left) - math.pi / 2)
-        group = sum(relation == WALKING_TOGETHER for relation, _, _ in self.interactions)
+        group = max(self.group, default=-1) + 1
         one = self._add_person(left, heading, walks=True, group=group)
         other = self._add_person(right, heading, walks=True, group=group)
         self.interactions.append((WALKING_TOGETHER, one, other))
@@ -228,23 +263,11 @@ class _Draft:
         """Whether start and goal are far enough apart, and the robot can get there past those who stand."""
         if math.dist(start, goal) < robot.min_goal_distance:
             return False
-        walls, discs, boxes = self._obstacles()
-        standing = discs[~np.array(self.walk, dtype=np.bool_)]
+        discs, boxes = self.discs[: self.num_discs], self.boxes[: self.num_boxes]
+        walks = np.array(self.walk, dtype=np.bool_) & (self.config.people.model != STAND)
+        standing = discs[~walks]
         standing[:, 2] = self.config.people.radius
-        return is_reachable(start, goal, robot.arrival_radius, robot.radius, walls, standing, boxes)
-
-
-class _Counts:
-    """How many of each there shall be."""
-
-    def __init__(self, population: PopulationConfig, rng: np.random.Generator):
-        limits = [population.still, population.wandering, population.tables, population.plants]
-        limits.append(population.interactions)
-        low, high = np.array(limits).T
-        counts = rng.integers(low, high + 1).tolist()
-        self.still, self.wandering, self.tables, self.plants, interactions = counts
-        kinds = rng.integers(len(population.relations), size=interactions)
-        self.relations = [population.relations[kind] for kind in kinds]
+        return is_reachable(start, goal, robot.arrival_radius, robot.radius, self.walls, standing, boxes)
 
 
 _PLACING = {

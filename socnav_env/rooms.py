@@ -16,8 +16,21 @@ NEIGHBOURS = ((1, 0), (0, 1), (-1, 0), (0, -1))
 
 
 def sample_room(config: RoomConfig, rng: np.random.Generator) -> Room:
-    """A room of one of the kinds asked for, each equally likely, its middle at the origin."""
-    kind = config.kinds[rng.integers(len(config.kinds))]
+    """A room of one of the kinds asked for, its middle at the origin."""
+    room = _sample_upright(config, rng)
+    if not config.turned:
+        return room
+    angle = rng.uniform(-math.pi, math.pi)
+    cosine, sine = math.cos(angle), math.sin(angle)
+    return Room(room.corners @ np.array([[cosine, sine], [-sine, cosine]]))
+
+
+def _sample_upright(config: RoomConfig, rng: np.random.Generator) -> Room:
+    if config.kind_weights:
+        weights = np.array(config.kind_weights, dtype=np.float64)
+        kind = config.kinds[rng.choice(len(config.kinds), p=weights / weights.sum())]
+    else:
+        kind = config.kinds[rng.integers(len(config.kinds))]
     if kind == L_SHAPE:
         return l_room(_draw(config.l_unit, rng))
     if kind == SQUARE:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from socnav_env.layout import BoolArray, Ending, FloatArray, Script
-from socnav_env.pedestrians import ARRIVED, SLOW_DOWN, Walkers
+from socnav_env.pedestrians import ARRIVED, SLOW_DOWN
+from socnav_env.walkers import Walkers
 
 
 class Routes:

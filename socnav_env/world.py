@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,19 +17,14 @@ from socnav_env.frames import pose_rates
 from socnav_env.geometry import box_distances, boxes_of, wall_distances
 from socnav_env.layout import BoolArray, FloatArray, IntArray, Layout, Script
 from socnav_env.motors import STANDING, Motion, Motors, approach
-from socnav_env.pedestrians import (
-    Habits,
-    Surroundings,
-    Walkers,
-    anyone_needs_target,
-    first_in_sight,
-    habits_of,
-    in_need_of_target,
-    walk,
-    walkers_of,
-)
+from socnav_env.pedestrians import anyone_needs_target, first_in_sight, walk
+from socnav_env.people_config import ORCA, STAND
 from socnav_env.physics import Bodies, Physics, physics_step
 from socnav_env.routes import Routes
+from socnav_env.walkers import Habits, Surroundings, Walkers, habits_of, in_need_of_target, walkers_of
+
+if TYPE_CHECKING:
+    from socnav_env.orca import OrcaWalk
 
 TARGET_CANDIDATES = 32
 TARGET_SPREAD = 0.25  # share of the interval between targets by which it varies
@@ -63,7 +59,8 @@ class World:
         self.layout, self.config, self._rng = layout, config, rng
         self.random_state = rng.bit_generator.state
         self._periods = -config.warm_up_steps
-        self._walks = layout.people_walk
+        self._walks = layout.people_walk & (config.people.model != STAND)
+        self._walker_rows = np.flatnonzero(self._walks)
         self._walls = layout.room.walls
         self._boxes = boxes_of(layout.object_poses, layout.object_sizes)
         self._around = self._surroundings()
@@ -79,8 +76,8 @@ class World:
         self._walkers = walkers_of(
             layout.people_poses[self._walks], layout.people_group[self._walks], config.people, rng
         )
+        self._orca = self._orca_walk()
         self._physics.fill(self._walkers.group, self._around)
-        self._walker_rows = np.flatnonzero(self._walks)
         self._routes: Routes | None = None
         self._read()
         if layout.script is not None:
@@ -105,17 +102,7 @@ class World:
         if anyone_needs_target(self._walkers.time_left, self._walkers.blocked, people.patience):
             self._pick_targets(in_need_of_target(self._walkers, people.patience))
         notice = 1.0 if self._periods < 0 else people.robot_visibility
-        _simulate(
-            self.config.substeps,
-            self.config.physics_step,
-            self._physics.bodies,
-            self._motors.motion,
-            self._walkers,
-            notice * people.stop_distance,
-            notice,
-            self._around,
-            self._habits,
-        )
+        self._simulate(notice)
         self._periods += 1
         self._read()
 
@@ -229,6 +216,26 @@ class World:
         self._robot_velocity = pose_rates(robot[:1], robot[1:], period)[0]
         self._people_velocities = pose_rates(people[0], people[1], period)
 
+    def _simulate(self, notice: float) -> None:
+        """Take the physics steps of a control period; `notice`: 0..1, of the robot by people."""
+        count, step = self.config.substeps, self.config.physics_step
+        stop_distance = notice * self.config.people.stop_distance
+        bodies, motion, walkers = self._physics.bodies, self._motors.motion, self._walkers
+        if self._orca is None:
+            _simulate(count, step, bodies, motion, walkers, stop_distance, notice, self._around, self._habits)
+            return
+        for _ in range(count):
+            self._orca.walk(step, bodies.states, walkers, stop_distance, notice, self._habits, bodies.velocities)
+            _move(step, bodies, motion)
+
+    def _orca_walk(self) -> OrcaWalk | None:
+        if self.config.people.model != ORCA:
+            return None
+        from socnav_env.orca import OrcaWalk  # loads an optional package
+
+        config = self.config
+        return OrcaWalk(config.people, config.robot.radius, self._around, len(self._walker_rows), config.physics_step)
+
     def _surroundings(self) -> Surroundings:
         standing = self.layout.people_poses[~self._walks]
         discs = standing.copy()
@@ -276,8 +283,14 @@ def _simulate(
     """Take so many physics steps of so many seconds; see `walk` for what is needed of people."""
     for _ in range(count):
         walk(step, bodies.states, walkers, stop_distance, notice, around, habits, bodies.velocities)
-        _drive(step, bodies, motion)
-        physics_step(bodies, step)
+        _move(step, bodies, motion)
+
+
+@njit
+def _move(step: float, bodies: Bodies, motion: Motion) -> None:
+    """Take a physics step, the robot as its motors drive it and people as they walk."""
+    _drive(step, bodies, motion)
+    physics_step(bodies, step)
 
 
 @njit

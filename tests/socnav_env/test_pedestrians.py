@@ -4,17 +4,9 @@ import numpy as np
 import pytest
 
 from socnav_env.config import PeopleConfig
-from socnav_env.pedestrians import (
-    Surroundings,
-    Walkers,
-    first_in_sight,
-    habits_of,
-    in_need_of_target,
-    sample_speeds,
-    walk,
-    walkers_of,
-)
+from socnav_env.pedestrians import first_in_sight, walk
 from socnav_env.rooms import l_room, rectangular_room
+from socnav_env.walkers import Surroundings, Walkers, habits_of, in_need_of_target, sample_speeds, walkers_of
 
 STEP = 0.05  # s
 HABITS = habits_of(PeopleConfig())
@@ -31,16 +23,17 @@ def walkers_to(targets, groups=None, speed=0.6, spacing=0.0):
         target=np.array(targets, dtype=np.float64),
         time_left=np.full(count, 12.0),
         blocked=np.zeros(count),
+        facing=np.full(count, np.nan),
     )
 
 
-def simulate(poses, walkers, seconds, robot=FAR_ROBOT, stop_distance=1.2, notice=1.0, around=HALL):
+def simulate(poses, walkers, seconds, robot=FAR_ROBOT, stop_distance=1.2, notice=1.0, around=HALL, habits=HABITS):
     """Follow the velocities that `walk` finds, without contacts. Returns (steps, num_walkers, 6)."""
     bodies = np.zeros((len(poses) + 1, 6))
     bodies[:-1, :3], bodies[-1, :3] = poses, robot
     velocities, history = np.zeros((len(bodies), 3)), []
     for _ in range(round(seconds / STEP)):
-        walk(STEP, bodies, walkers, stop_distance, notice, around, HABITS, velocities)
+        walk(STEP, bodies, walkers, stop_distance, notice, around, habits, velocities)
         bodies[:, 3:] = velocities
         bodies[:, :3] += STEP * velocities
         history.append(bodies[:-1].copy())
@@ -152,3 +145,27 @@ def test_those_who_walk_together_share_the_slowest_speed_and_keep_their_distance
     assert in_need_of_target(walkers, 2.0).all()
     nobody = walkers_of(np.empty((0, 3)), np.empty(0, dtype=np.int64), PeopleConfig(), np.random.default_rng(0))
     assert nobody.target.shape == (0, 2)
+
+
+def test_a_walker_who_stands_turns_to_face_what_they_are_told_to():
+    walkers = walkers_to([[0.0, 0.0]])
+    walkers.facing[0] = math.pi / 2
+    path = simulate([[0.0, 0.0, 0.0]], walkers, 4.0)
+    assert path[-1, 0, :3].tolist() == pytest.approx([0.0, 0.0, math.pi / 2], abs=0.01)
+    assert path[:, 0, 5].max() == 1.5
+
+
+def test_acceleration_stays_within_its_limit():
+    habits = habits_of(PeopleConfig(max_acceleration=0.3))
+    path = simulate([[0.0, 0.0, 0.0]], walkers_to([[9.0, 0.0]]), 1.0, habits=habits)
+    assert np.diff(path[:, 0, 3], prepend=0.0)[:10] == pytest.approx(np.full(10, 0.3 * STEP))
+
+
+def test_who_is_out_of_view_counts_less():
+    poses, behind = [[0.0, 0.0, 0.0]], HALL._replace(discs=np.array([[-0.8, 0.0, 0.25]]))
+    ahead = []
+    for weight in (1.0, 0.5, 0.0):
+        habits = habits_of(PeopleConfig(unseen_weight=weight))
+        ahead.append(simulate(poses, walkers_to([[9.0, 0.0]]), 0.5, around=behind, habits=habits)[-1, 0, 0])
+    assert ahead[2] == simulate(poses, walkers_to([[9.0, 0.0]]), 0.5)[-1, 0, 0]
+    assert ahead[0] > ahead[1] > ahead[2]

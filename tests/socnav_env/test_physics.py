@@ -5,8 +5,8 @@ import pymunk.batch
 import pytest
 
 from socnav_env.config import EnvConfig
-from socnav_env.pedestrians import Surroundings
 from socnav_env.physics import OBJECT, PERSON, READ, WALL, WRITE, Physics, physics_step
+from socnav_env.walkers import Surroundings
 
 STEP = 0.05  # s
 WALKERS = [[2.0, 0.0, 0.0], [0.0, 2.0, 1.0], [0.5, 2.0, 1.0]]

@@ -62,3 +62,14 @@ def test_a_goal_around_the_corner_is_reached_and_one_ringed_by_people_is_not():
     angles = np.linspace(0, 2 * np.pi, 8, endpoint=False)
     ring = np.column_stack([3.0 + 0.9 * np.cos(angles), -3.0 + 0.9 * np.sin(angles), np.full(8, 0.25)])
     assert not is_reachable(start, np.array([3.0, -3.0]), 0.3, 0.25, walls, ring, NO_BOXES)
+
+
+def test_turned_rooms_stand_at_any_angle_with_their_walls_as_long_as_before():
+    rng = np.random.default_rng(0)
+    rooms = [sample_room(RoomConfig(kinds=("square",), square_side=(7, 7), turned=True), rng) for _ in range(200)]
+    walls = np.array([room.walls for room in rooms])
+    sides = walls[:, :, 2:] - walls[:, :, :2]
+    assert np.hypot(sides[..., 0], sides[..., 1]) == pytest.approx(np.full((200, 4), 7))
+    assert all(signed_area(room.corners) == pytest.approx(49) for room in rooms)
+    counts, _ = np.histogram(np.arctan2(sides[:, 0, 1], sides[:, 0, 0]), bins=4, range=(-np.pi, np.pi))
+    assert counts.min() > 30

@@ -253,3 +253,10 @@ def test_a_seed_gives_the_same_bits_in_another_process():
     first, second = (subprocess.run(command, capture_output=True, text=True, check=True).stdout for _ in range(2))
     assert first == second
     assert len(bytes.fromhex(first.strip())) == hashlib.sha256().digest_size
+
+
+def test_people_who_stand_by_config_never_move():
+    people, walk = [(2.0, 2.0, 0.0), (-2.0, 2.0, 1.0)], [True, False]
+    world = run(world_of(layout_with(people=people, walk=walk), people={"model": "standing"}), STAND, 30)
+    assert world.people_poses.tolist() == [[2.0, 2.0, 0.0], [-2.0, 2.0, 1.0]]
+    assert world.people_targets.tolist() == [[2.0, 2.0], [-2.0, 2.0]]
