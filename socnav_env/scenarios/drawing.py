@@ -12,7 +12,6 @@ import numpy as np
 from socnav_env.checks import ConfigError
 from socnav_env.config import AT_LAPTOP, AT_PLANT, TALKING, WALKING_TOGETHER, EnvConfig
 from socnav_env.layout import FloatArray, IntArray, Layout, ObjectKind, Room
-from socnav_env.pedestrians import sample_speeds
 from socnav_env.rooms import is_reachable
 from socnav_env.scenarios.entries import (
     GOAL,
@@ -30,6 +29,7 @@ from socnav_env.scenarios.entries import (
 from socnav_env.scenarios.fields import Amount
 from socnav_env.scenarios.floor import Floor, UnfitError, ordered_corners
 from socnav_env.scenarios.scripts import Walk, write_script
+from socnav_env.walkers import sample_speeds
 
 MAX_DRAWS: Final = 50  # of a whole scene until one fits
 MAX_PLACES: Final = 64  # looked at for an entity that does not always stand at the same one
