@@ -6,17 +6,16 @@ more environments than cores that is mostly overhead; here a step costs one mess
 
 from __future__ import annotations
 
-import multiprocessing
-import signal
-import traceback
-from collections.abc import Callable, Iterable, Sequence
-from multiprocessing.connection import Connection
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
+
+from socnav_env.workers import WorkerPool
 
 VecEnvMaker = Callable[[int], VecEnv]
 """Returns a vector environment of as many environments as it is told. Can be pickled to another process."""
@@ -25,7 +24,7 @@ VecEnvMaker = Callable[[int], VecEnv]
 class WorkerVecEnv(VecEnv):
     """SB3's vector environment over `num_workers` processes.
 
-    The observation is a Dict of Boxes. An error in a worker is raised here, with the worker's traceback.
+    The observation is a Dict of Boxes. An error in a worker is raised here.
 
     Args:
         make: makes the part of one process.
@@ -37,24 +36,13 @@ class WorkerVecEnv(VecEnv):
     def __init__(self, make: VecEnvMaker, num_envs: int, num_workers: int) -> None:
         shares = np.array_split(np.arange(num_envs), num_workers)
         self._slices = [slice(int(share[0]), int(share[-1]) + 1) for share in shares]
-        context = multiprocessing.get_context("forkserver")
-        self._connections: list[Connection] = []
-        self._processes = []
-        for part in self._slices:
-            ours, theirs = context.Pipe()
-            process = context.Process(target=_serve, args=(theirs, make, part.stop - part.start), daemon=True)
-            process.start()
-            theirs.close()
-            self._connections.append(ours)
-            self._processes.append(process)
-        self._closed = False
-        observation_space, action_space = self._ask(0, "spaces")
+        self._pool = WorkerPool([partial(_Part, make, part.stop - part.start) for part in self._slices])
+        observation_space, action_space = self._pool.ask(0, "spaces")
         super().__init__(num_envs, observation_space, action_space)
 
     def reset(self) -> VecEnvObs:
         """Reset all environments and return their first observations."""
-        self._send_all("reset", [(self._seeds[part], self._options[part]) for part in self._slices])
-        answers = self._receive_all()
+        answers = self._pool.ask_all("reset", [(self._seeds[part], self._options[part]) for part in self._slices])
         self.reset_infos = [info for _, infos in answers for info in infos]
         self._reset_seeds()
         self._reset_options()
@@ -62,11 +50,11 @@ class WorkerVecEnv(VecEnv):
 
     def step_async(self, actions: np.ndarray[Any, Any]) -> None:
         """Send every worker the actions of its environments."""
-        self._send_all("step", [actions[part] for part in self._slices])
+        self._pool.tell_all("step", [(actions[part],) for part in self._slices])
 
     def step_wait(self) -> VecEnvStepReturn:
         """Gather what the workers answer: observations, rewards, dones and infos."""
-        observations, rewards, dones, infos, reset_infos = zip(*self._receive_all(), strict=True)
+        observations, rewards, dones, infos, reset_infos = zip(*self._pool.answers(), strict=True)
         self.reset_infos = [info for part in reset_infos for info in part]
         return (
             _join(observations),
@@ -77,19 +65,7 @@ class WorkerVecEnv(VecEnv):
 
     def close(self) -> None:
         """End the workers."""
-        if self._closed:
-            return
-        self._closed = True
-        for connection in self._connections:
-            try:
-                connection.send(("close", None))
-                connection.close()
-            except OSError:  # the worker is gone already
-                continue
-        for process in self._processes:
-            process.join(timeout=5)
-            if process.is_alive():
-                process.terminate()
+        self._pool.close()
 
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
         """Return an attribute of each environment."""
@@ -113,66 +89,31 @@ class WorkerVecEnv(VecEnv):
         for worker, part in enumerate(self._slices):
             own = [i - part.start for i in range(part.start, part.stop) if wanted is None or i in wanted]
             if own:
-                answers.extend(self._ask(worker, "call", (method, args, {**kwargs, "indices": own})) or ())
+                answers.extend(self._pool.ask(worker, "call", method, args, {**kwargs, "indices": own}) or ())
         return answers
 
-    def _ask(self, worker: int, command: str, data: Any = None) -> Any:
-        self._connections[worker].send((command, data))
-        return self._receive(self._connections[worker])
 
-    def _send_all(self, command: str, data: Iterable[Any]) -> None:
-        for connection, part in zip(self._connections, data, strict=True):
-            connection.send((command, part))
+class _Part:
+    """The environments of one process."""
 
-    def _receive_all(self) -> list[Any]:
-        return [self._receive(connection) for connection in self._connections]
+    def __init__(self, make: VecEnvMaker, num_envs: int) -> None:
+        self._envs = make(num_envs)
 
-    def _receive(self, connection: Connection) -> Any:
-        try:
-            succeeded, answer = connection.recv()
-        except (EOFError, ConnectionResetError) as error:
-            raise RuntimeError("an environment's worker process ended unexpectedly") from error
-        if not succeeded:
-            raise RuntimeError(f"an environment's worker process failed:\n{answer}")
-        return answer
+    def spaces(self) -> tuple[gym.Space[Any], gym.Space[Any]]:
+        return self._envs.observation_space, self._envs.action_space
 
+    def reset(self, seeds: list[int | None], options: list[dict[str, Any]]) -> tuple[VecEnvObs, list[dict[str, Any]]]:
+        self._envs._seeds, self._envs._options = seeds, options
+        return self._envs.reset(), self._envs.reset_infos
 
-def _serve(connection: Connection, make: VecEnvMaker, num_envs: int) -> None:
-    """Answer commands about this worker's environments until told to close."""
-    import torch
+    def step(self, actions: np.ndarray[Any, Any]) -> tuple[Any, ...]:
+        return *self._envs.step(actions), self._envs.reset_infos
 
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides when to stop
-    torch.set_num_threads(1)
-    envs: VecEnv | None = None
-    while True:
-        try:
-            command, data = connection.recv()
-        except EOFError:
-            break
-        if command == "close":
-            break
-        try:
-            if envs is None:
-                envs = make(num_envs)
-            answer = True, _answer(envs, command, data)
-        except Exception:
-            answer = False, traceback.format_exc()
-        connection.send(answer)
-    if envs is not None:
-        envs.close()
+    def call(self, method: str, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
+        return getattr(self._envs, method)(*args, **kwargs)
 
-
-def _answer(envs: VecEnv, command: str, data: Any) -> Any:
-    if command == "step":
-        observations, rewards, dones, infos = envs.step(data)
-        return observations, rewards, dones, infos, envs.reset_infos
-    if command == "reset":
-        envs._seeds, envs._options = data
-        return envs.reset(), envs.reset_infos
-    if command == "spaces":
-        return envs.observation_space, envs.action_space
-    method, args, kwargs = data
-    return getattr(envs, method)(*args, **kwargs)
+    def close(self) -> None:
+        self._envs.close()
 
 
 def _join(parts: Sequence[Any]) -> dict[str, np.ndarray[Any, Any]]:

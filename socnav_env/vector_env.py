@@ -6,20 +6,17 @@ from collections.abc import Sequence
 from copy import deepcopy
 from typing import Any, Protocol
 
-import gymnasium as gym
 import numpy as np
 from gymnasium import spaces
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space, concatenate, create_empty_array
 from numpy.typing import ArrayLike, NDArray
 
-from socnav_env.actions import command_of
 from socnav_env.env import SocNavEnv, StepResult, check_options, judge
 from socnav_env.layout import BoolArray, FloatArray
 from socnav_env.observations import RowObservation
+from socnav_env.vector_arguments import Seeds, autoreset_mode_of, commands_of, named_by, seeds_of, values_for
 from socnav_env.vector_infos import batch_infos
-
-Seeds = int | Sequence[int | None] | None
 
 
 class SocNavVectorEnv(VectorEnv[Any, NDArray[np.float32], NDArray[Any]]):
@@ -42,7 +39,7 @@ class SocNavVectorEnv(VectorEnv[Any, NDArray[np.float32], NDArray[Any]]):
         if num_envs < 1:
             raise ValueError(f"num_envs must be at least 1, got {num_envs}")
         self.num_envs = num_envs
-        self.autoreset_mode = _autoreset_mode(autoreset_mode)
+        self.autoreset_mode = autoreset_mode_of(autoreset_mode)
         first = SocNavEnv(**arguments)
         shared = {
             **arguments,
@@ -73,9 +70,9 @@ class SocNavVectorEnv(VectorEnv[Any, NDArray[np.float32], NDArray[Any]]):
         seed: one for each world in a list; or an int s, which gives world i the seed s + i
         options: `reset_mask`, a bool array (num_envs,), leaves the worlds that it does not name as they are
         """
-        seeds = self._seeds(seed)
+        seeds = seeds_of(seed, self.num_envs)
         others = dict(options or {})
-        chosen = self._named(others.pop("reset_mask", None))
+        chosen = named_by(others.pop("reset_mask", None), [env.has_scene for env in self.envs])
         check_options(others)
         infos = self.reset_some(chosen, [seeds[index] for index in chosen])
         return self.observations(), batch_infos(dict(zip(chosen, infos, strict=True)), self.num_envs)
@@ -105,7 +102,7 @@ class SocNavVectorEnv(VectorEnv[Any, NDArray[np.float32], NDArray[Any]]):
         Returns a result for each of them, in their order; what they see is in `observations`. Raises as `step`.
         """
         envs = [self.envs[index] for index in chosen]
-        commands = self._commands(chosen, actions)
+        commands = commands_of(actions, chosen, self.action_space.shape, self.envs[0].config)
         for env in envs:
             env.require_running()
         for env, command in zip(envs, commands, strict=True):
@@ -148,10 +145,7 @@ class SocNavVectorEnv(VectorEnv[Any, NDArray[np.float32], NDArray[Any]]):
 
     def set_attr(self, name: str, values: Any) -> None:
         """Set an attribute of every world's environment, to one value or to one each from a list or tuple."""
-        each = values if isinstance(values, list | tuple) else [values] * self.num_envs
-        if len(each) != self.num_envs:
-            raise ValueError(f"values must be one for each of the {self.num_envs} worlds, got {len(each)}")
-        for env, value in zip(self.envs, each, strict=True):
+        for env, value in zip(self.envs, values_for(values, self.num_envs), strict=True):
             setattr(env, name, value)
 
     def close_extras(self, **kwargs: Any) -> None:
@@ -178,40 +172,6 @@ class SocNavVectorEnv(VectorEnv[Any, NDArray[np.float32], NDArray[Any]]):
         final = {index: {"final_obs": self.observation(index), "final_info": infos[index]} for index in ended}
         for index, info in zip(ended, self.reset_some(ended), strict=True):
             infos[index] = {**info, **final[index]}
-
-    def _commands(self, chosen: Sequence[int], actions: ArrayLike) -> list[FloatArray]:
-        values = np.asarray(actions, dtype=np.float64)
-        if values.shape != self.action_space.shape:
-            raise ValueError(f"actions must have shape {self.action_space.shape}, got {values.shape}")
-        try:
-            return [command_of(values[index], self.envs[index].config.robot) for index in chosen]
-        except ValueError as error:
-            odd = next(index for index in chosen if not np.isfinite(values[index]).all())
-            raise ValueError(f"world {odd}: {error}") from None
-
-    def _seeds(self, seed: Seeds) -> Sequence[int | None]:
-        if seed is None:
-            return [None] * self.num_envs
-        if isinstance(seed, int):
-            return range(seed, seed + self.num_envs)
-        if len(seed) != self.num_envs:
-            raise ValueError(f"seed must be one for each of the {self.num_envs} worlds, got {len(seed)}")
-        return seed
-
-    def _named(self, mask: Any) -> list[int]:
-        """Indices of the worlds that a reset mask names, all if there is none."""
-        if mask is None:
-            return list(range(self.num_envs))
-        if not (isinstance(mask, np.ndarray) and mask.dtype == np.bool_):
-            raise TypeError(f"reset_mask must be a bool array, got {getattr(mask, 'dtype', type(mask).__name__)}")
-        if mask.shape != (self.num_envs,):
-            raise ValueError(f"reset_mask must have shape {(self.num_envs,)}, got {mask.shape}")
-        if not mask.any():
-            raise ValueError("reset_mask must name at least one world, got none")
-        without_scene = [index for index in np.flatnonzero(~mask).tolist() if not self.envs[index].has_scene]
-        if without_scene:
-            raise gym.error.ResetNeeded(f"reset_mask must name world {without_scene[0]}, which has no scene yet")
-        return np.flatnonzero(mask).tolist()
 
 
 class _Batch(Protocol):
@@ -268,9 +228,14 @@ def _make_batch(env: SocNavEnv, num_envs: int) -> _Batch:
     return _ItemBatch(env, num_envs)
 
 
-def _autoreset_mode(mode: AutoresetMode | str) -> AutoresetMode:
-    try:
-        return AutoresetMode(mode)
-    except ValueError:
-        valid = ", ".join(each.value for each in AutoresetMode)
-        raise ValueError(f"autoreset_mode must be one of {valid}, got {mode!r}") from None
+def make_vector_env(num_envs: int = 1, num_workers: int | None = None, **arguments: Any) -> VectorEnv[Any, Any, Any]:
+    """Make what `gym.make_vec("SocNav2-v0", ...)` returns.
+
+    num_envs, arguments: see `SocNavVectorEnv`, which this is in the process at hand
+    num_workers: how many processes share the worlds; where given, this is a `SocNavWorkerVectorEnv`
+    """
+    if num_workers is None:
+        return SocNavVectorEnv(num_envs, **arguments)
+    from socnav_env.worker_vector_env import SocNavWorkerVectorEnv
+
+    return SocNavWorkerVectorEnv(num_envs, num_workers, **arguments)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -45,3 +45,26 @@ def _empty(key: str, first: Any, num_envs: int) -> NDArray[Any]:
     if key != "final_obs" and isinstance(first, np.ndarray):
         return np.zeros((num_envs, *first.shape), dtype=first.dtype)
     return np.full(num_envs, None, dtype=object)
+
+
+def join_infos(parts: Sequence[dict[str, Any]], sizes: Sequence[int]) -> dict[str, Any]:
+    """Put what `batch_infos` returned for some environments, and for the next ones, into one dict, as if for all.
+
+    sizes: how many environments each part is of
+    """
+    keys = dict.fromkeys(key for part in parts for key in part)
+    return {key: _joined([part.get(key) for part in parts], sizes) for key in keys}
+
+
+def _joined(parts: Sequence[Any], sizes: Sequence[int]) -> dict[str, Any] | NDArray[Any]:
+    """One key's values; None where a part has none."""
+    first = next(part for part in parts if part is not None)
+    if isinstance(first, dict):
+        return join_infos([{} if part is None else part for part in parts], sizes)
+    fill = None if first.dtype == object else first.dtype.type(0)
+    return np.concatenate(
+        [
+            np.full((size, *first.shape[1:]), fill, dtype=first.dtype) if part is None else part
+            for part, size in zip(parts, sizes, strict=True)
+        ]
+    )

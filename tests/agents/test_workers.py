@@ -47,7 +47,7 @@ def test_an_error_in_a_worker_is_raised_here() -> None:
     envs = make_training_envs(BrokenEnv, 2, 2)
     try:
         envs.reset()
-        with pytest.raises(RuntimeError, match="ArithmeticError: the disc fell over"):
+        with pytest.raises(ArithmeticError, match="the disc fell over"):
             envs.step(np.zeros((2, 2), np.float32))
     finally:
         envs.close()
