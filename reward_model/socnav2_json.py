@@ -79,8 +79,13 @@ def read_labelled_socnav2(path: str | os.PathLike[str]) -> LabelledSequence:
 
 def write_socnav2(recording: Sequence | LabelledSequence, path: str | os.PathLike[str]) -> None:
     """Write a scene, with its scores where it has some; the file appears complete or not at all."""
+    replace_file(path, encode_socnav2(recording))
+
+
+def encode_socnav2(recording: Sequence | LabelledSequence) -> bytes:
+    """What `write_socnav2` writes."""
     lines = [json.dumps(snapshot, allow_nan=False) for snapshot in socnav2_document(recording)]
-    replace_file(path, ("[" + ",\n".join(lines) + "]\n").encode())
+    return ("[" + ",\n".join(lines) + "]\n").encode()
 
 
 def parse_socnav2(document: object, name: str) -> Sequence:

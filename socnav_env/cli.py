@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 DIFFERENT: Final = 1
+BROKEN_OFF: Final = 1
 USER_ERROR: Final = 2
 INTERRUPTED: Final = 130
 PICTURE_KINDS: Final = (".gif", ".png")
@@ -189,12 +190,63 @@ class Scenarios:
         return 0
 
 
+@dataclass(frozen=True)
+class Generate:
+    """Simulate sequences like those of SocNav2, 35 snapshots of 4 s each, into a folder of JSON files and a manifest.
+
+    The same whatever the number of jobs. A run that was broken off is completed by the same command.
+    """
+
+    num_sequences: int
+    """How many there shall be in the folder."""
+    output: Annotated[Path, tyro.conf.arg(aliases=["-o"])]
+    """Folder; it may hold sequences of an earlier run with the same seed."""
+    seed: int = 0
+    """Seed of all sequences."""
+    jobs: int = 2
+    """Processes that share the work."""
+    backend: str = "loky"
+    """joblib's backend: loky for processes on this machine, ray for a cluster."""
+    address: str | None = None
+    """Address of a Ray cluster; without one, backend ray starts its own on this machine."""
+
+    def run(self) -> int:
+        """Simulate and write what is missing; print how many that were."""
+        for name, least in (("num_sequences", 1), ("jobs", 1), ("seed", 0)):
+            if getattr(self, name) < least:
+                raise ValueError(f"{name} must be at least {least}, got {getattr(self, name)}")
+        from rich.console import Console
+        from rich.progress import Progress
+
+        from socnav_env.dataset_generation import GenerationError, generate_sequences
+
+        console = Console(stderr=True)
+        with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+            task = progress.add_task("simulating", total=self.num_sequences)
+            try:
+                made = generate_sequences(
+                    self.output,
+                    self.num_sequences,
+                    self.seed,
+                    self.jobs,
+                    self.backend,
+                    self.address,
+                    lambda count: progress.advance(task, count),
+                )
+            except GenerationError as error:
+                _complain(error)
+                return BROKEN_OFF
+        print(f"{self.output}: {made} new sequences, {self.num_sequences} in all")
+        return 0
+
+
 COMMANDS: Final[dict[str, Callable[..., Command]]] = {
     "render": Render,
     "replay": Replay,
     "metrics": Metrics,
     "export": Export,
     "scenarios": Scenarios,
+    "generate": Generate,
 }
 
 
