@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agents.envs import EnvironmentMaker
-from agents.policy import Policy
+from agents.policy import Policy, act
 
 EVALUATION_SEEDS = 1_000_000  # the first seed of evaluations, far from the seeds that training counts on from
 SELECTION_SEEDS = 2_000_000  # the first seed of evaluations during training
@@ -124,7 +124,7 @@ def _play(policy: Policy, env: Any, seed: int, deterministic: bool) -> EpisodeRe
     observation, info = env.reset(seed=seed)
     total, length, ended = 0.0, 0, False
     while not ended:
-        action, _ = policy.predict(observation, deterministic=deterministic)
+        action = act(policy, env, observation, deterministic)
         observation, reward, terminated, truncated, info = env.step(action)
         total += float(reward)
         length += 1

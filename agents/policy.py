@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from agents.errors import AgentError, require
 
 if TYPE_CHECKING:
+    import gymnasium as gym
     from gymnasium import spaces
     from stable_baselines3.common.policies import ActorCriticPolicy
     from torch import Tensor
@@ -44,6 +45,16 @@ class Policy(Protocol):
 
         """
         ...
+
+
+def act(
+    policy: Policy, env: gym.Env[Any, Any], observation: Observation, deterministic: bool = True
+) -> NDArray[np.float32]:
+    """Return what an agent does in an environment; one that knows no sideways (the baselines) drives without it."""
+    action, _ = policy.predict(observation, deterministic=deterministic)
+    if env.action_space.shape == (3,) and action.shape == (2,):
+        return np.insert(action, 1, 0.0)
+    return action
 
 
 def load_agent(name_or_path: str | Path) -> Policy:

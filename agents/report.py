@@ -14,7 +14,7 @@ from rich.table import Table
 from agents.checkpoint import History
 from agents.envs import EnvironmentMaker
 from agents.evaluation import Evaluation, Interval
-from agents.policy import Policy
+from agents.policy import Policy, act
 from reward_model.files import replace_file
 
 TABLE_MEASURES = {
@@ -114,8 +114,7 @@ def film_episode(policy: Policy, make: EnvironmentMaker, seed: int, path: Path) 
         frames: list[Any] = [env.render()]
         ended = False
         while not ended:
-            action, _ = policy.predict(observation, deterministic=True)
-            observation, _, terminated, truncated, _ = env.step(action)
+            observation, _, terminated, truncated, _ = env.step(act(policy, env, observation))
             frames.append(env.render())
             ended = terminated or truncated
         rate = float(env.metadata.get("render_fps", 5))

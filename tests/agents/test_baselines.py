@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from agents.baselines import BASELINES, RandomPolicy, StraightPolicy
-from agents.policy import Policy
+from agents.policy import Policy, act
+from socnav_env.config import EnvConfig, RobotConfig
+from socnav_env.env import SocNavEnv
 from tests.agents.disc import entities_space
 
 
@@ -48,6 +50,17 @@ def test_random_differs_by_observation_and_seed_and_repeats() -> None:
     np.testing.assert_array_equal(action, RandomPolicy(seed=1).predict(first)[0])
     assert not np.array_equal(action, RandomPolicy(seed=1).predict(second)[0])
     assert not np.array_equal(action, RandomPolicy(seed=2).predict(first)[0])
+
+
+@pytest.mark.parametrize("name", BASELINES)
+def test_baselines_drive_a_holonomic_robot_straight_on(name: str) -> None:
+    env = SocNavEnv(reward="sparse", config=EnvConfig(robot=RobotConfig(drive="holonomic")))
+    seen, _ = env.reset(seed=1)
+    policy = BASELINES[name]()
+    forward, left, turn = act(policy, env, seen)
+    assert left == 0.0
+    np.testing.assert_array_equal([forward, turn], policy.predict(seen)[0])
+    env.step(act(policy, env, seen))
 
 
 def test_random_fills_the_action_space() -> None:

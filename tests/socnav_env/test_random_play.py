@@ -10,6 +10,7 @@ import pytest
 from hypothesis import HealthCheck, given, reject, settings
 from hypothesis import strategies as st
 
+from socnav_env import scenarios
 from socnav_env.config import ConfigError, EnvConfig
 from socnav_env.env import SocNavEnv
 from socnav_env.observations import OBSERVATIONS
@@ -19,12 +20,14 @@ from tests.socnav_env.strategies import env_configs
 
 STEPS, MANY_STEPS, TOTAL = 40, 500, 200_000
 HAND_MADE = ("crowdnav", "dsrnn", "sparse")
+some_scenario = st.sampled_from([None, *scenarios.names()])
 
 
-def play_randomly(config: EnvConfig, observation: str, seed: int, steps: int) -> None:
+def play_randomly(config: EnvConfig, observation: str, scenario: str | None, seed: int, steps: int) -> None:
     learned = LearnedReward({"social": 1.0, "arrival": 9.0, "contact": -9.0}, FeatureScorer())
     hand_made = {name: (1.0, make_reward(name, config.reward)) for name in HAND_MADE}
-    env = SocNavEnv(MixedReward({"learned": (1.0, learned), **hand_made}), observation, config)
+    reward = MixedReward({"learned": (1.0, learned), **hand_made})
+    env = make(reward=reward, observation=observation, config=config, scenario=scenario)
     random = np.random.default_rng(seed)
     seen = reset(env, seed)
     action = random.uniform(-1, 1, env.action_space.shape)
@@ -41,6 +44,15 @@ def play_randomly(config: EnvConfig, observation: str, seed: int, steps: int) ->
             seen = reset(env)
 
 
+def make(**arguments) -> SocNavEnv:
+    """Make one, or give up where the scenario has no room for such a robot or such people."""
+    try:
+        return SocNavEnv(**arguments)
+    except ConfigError as error:
+        assert "\n" not in str(error)
+        reject()
+
+
 def reset(env: SocNavEnv, seed: int | None = None) -> object:
     """Reset, or give up on a configuration of which no scene can be made; the message then says so in one line."""
     try:
@@ -54,9 +66,9 @@ def random_play(steps: int, examples: int) -> Callable[[], None]:
     @settings(
         max_examples=examples, deadline=None, derandomize=True, database=None, suppress_health_check=[*HealthCheck]
     )
-    @given(env_configs(), st.sampled_from(sorted(OBSERVATIONS)), st.integers(0, 2**32 - 1))
-    def played(config: EnvConfig, observation: str, seed: int) -> None:
-        play_randomly(config, observation, seed, steps)
+    @given(env_configs(), st.sampled_from(sorted(OBSERVATIONS)), some_scenario, st.integers(0, 2**32 - 1))
+    def played(config: EnvConfig, observation: str, scenario: str | None, seed: int) -> None:
+        play_randomly(config, observation, scenario, seed, steps)
 
     return played
 

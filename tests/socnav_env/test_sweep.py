@@ -8,6 +8,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env as gymnasium_check
 from stable_baselines3.common.env_checker import check_env as stable_baselines_check
 
+from socnav_env import scenarios
 from socnav_env.config import EnvConfig, RobotConfig
 from socnav_env.observations import OBSERVATIONS
 from socnav_env.rewards import REWARDS
@@ -15,18 +16,22 @@ from socnav_env.robot_config import DRIVES
 from socnav_env.wrappers import DiscreteActions
 
 ACTIONS = (*DRIVES, *(f"discrete {drive}" for drive in DRIVES))
-EVERYTHING = list(itertools.product(OBSERVATIONS, REWARDS, ACTIONS))
-# Each kind of observation and action once with a reward that reads frames, each reward once.
+EVERYTHING = [
+    *itertools.product(OBSERVATIONS, REWARDS, ACTIONS, [None]),
+    *itertools.product(OBSERVATIONS, ["learned"], DRIVES, scenarios.names()),
+]
+# Each kind of observation and action once with a reward that reads frames, each reward once, each scenario once.
 SELECTION = [
-    *((observation, "learned", actions) for observation, actions in zip(OBSERVATIONS, ACTIONS, strict=True)),
-    *(("flat", reward, "holonomic") for reward in REWARDS),
+    *((observation, "learned", actions, None) for observation, actions in zip(OBSERVATIONS, ACTIONS, strict=True)),
+    *(("flat", reward, "holonomic", None) for reward in REWARDS),
+    *(("entities", "crowdnav", "differential", scenario) for scenario in scenarios.names()),
 ]
 
 
-def make(observation: str, reward: str, actions: str) -> gym.Env:
+def make(observation: str, reward: str, actions: str, scenario: str | None) -> gym.Env:
     discrete, _, drive = actions.rpartition(" ")
     config = EnvConfig(robot=RobotConfig(drive=drive), time_limit=10.0)
-    env = gym.make("SocNav2-v0", reward=reward, observation=observation, config=config).unwrapped
+    env = gym.make("SocNav2-v0", reward=reward, observation=observation, config=config, scenario=scenario).unwrapped
     return DiscreteActions(env) if discrete else env
 
 
@@ -43,13 +48,15 @@ def test_gymnasium_finds_nothing_to_say_about_pictures() -> None:
 
 
 @pytest.mark.usefixtures("without_weights")
-@pytest.mark.parametrize(("observation", "reward", "actions"), SELECTION)
-def test_checkers_find_nothing_to_say(observation: str, reward: str, actions: str) -> None:
-    check(make(observation, reward, actions))
+@pytest.mark.parametrize(("observation", "reward", "actions", "scenario"), SELECTION)
+def test_checkers_find_nothing_to_say(observation: str, reward: str, actions: str, scenario: str | None) -> None:
+    check(make(observation, reward, actions, scenario))
 
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("without_weights")
-@pytest.mark.parametrize(("observation", "reward", "actions"), EVERYTHING)
-def test_checkers_find_nothing_to_say_about_anything(observation: str, reward: str, actions: str) -> None:
-    check(make(observation, reward, actions))
+@pytest.mark.parametrize(("observation", "reward", "actions", "scenario"), EVERYTHING)
+def test_checkers_find_nothing_to_say_about_anything(
+    observation: str, reward: str, actions: str, scenario: str | None
+) -> None:
+    check(make(observation, reward, actions, scenario))
