@@ -1,7 +1,8 @@
 """Where a ray first meets something: exact intersections, compiled.
 
 A ray starts at (x, y) and runs along the unit vector (dx, dy). Every answer is a distance [m]: 0 where the ray starts
-inside, infinite where it never arrives.
+inside, infinite where it never arrives. Arrays are passed whole, with the index of the row that is meant: views of rows
+cost more than all the arithmetic.
 """
 
 from __future__ import annotations
@@ -18,23 +19,23 @@ SAME_PLACE = 1e-9  # m by which something must be nearer to hide something
 
 
 @njit
-def ray_to_wall(x: float, y: float, dx: float, dy: float, wall: FloatArray) -> float:
-    """To a line from x1, y1 to x2, y2, given as (4,)."""
-    along_x, along_y = wall[2] - wall[0], wall[3] - wall[1]
+def ray_to_wall(x: float, y: float, dx: float, dy: float, walls: FloatArray, index: int) -> float:
+    """To one of the lines (n, 4) from x1, y1 to x2, y2."""
+    along_x, along_y = walls[index, 2] - walls[index, 0], walls[index, 3] - walls[index, 1]
     cross = dx * along_y - dy * along_x
     if abs(cross) < PARALLEL:
         return np.inf
-    to_x, to_y = wall[0] - x, wall[1] - y
+    to_x, to_y = walls[index, 0] - x, walls[index, 1] - y
     distance = (to_x * along_y - to_y * along_x) / cross
     share = (to_x * dy - to_y * dx) / cross
     return distance if distance >= 0.0 and 0.0 <= share <= 1.0 else np.inf
 
 
 @njit
-def ray_to_disc(x: float, y: float, dx: float, dy: float, disc: FloatArray) -> float:
-    """To a disc given as (3,) x, y, radius."""
-    to_x, to_y = disc[0] - x, disc[1] - y
-    outside = to_x * to_x + to_y * to_y - disc[2] * disc[2]
+def ray_to_disc(x: float, y: float, dx: float, dy: float, discs: FloatArray, index: int) -> float:
+    """To one of the discs (n, 3) x, y, radius."""
+    to_x, to_y = discs[index, 0] - x, discs[index, 1] - y
+    outside = to_x * to_x + to_y * to_y - discs[index, 2] * discs[index, 2]
     if outside <= 0.0:
         return 0.0
     ahead = to_x * dx + to_y * dy
@@ -43,11 +44,12 @@ def ray_to_disc(x: float, y: float, dx: float, dy: float, disc: FloatArray) -> f
 
 
 @njit
-def ray_to_box(x: float, y: float, dx: float, dy: float, box: FloatArray) -> float:
-    """To a box given as (6,), see `geometry.boxes_of`."""
-    from_x, from_y = x - box[0], y - box[1]
-    near_1, far_1 = _slab(box[2] * from_x + box[3] * from_y, box[2] * dx + box[3] * dy, box[4])
-    near_2, far_2 = _slab(box[2] * from_y - box[3] * from_x, box[2] * dy - box[3] * dx, box[5])
+def ray_to_box(x: float, y: float, dx: float, dy: float, boxes: FloatArray, index: int) -> float:
+    """To one of the boxes (n, 6), see `geometry.boxes_of`."""
+    from_x, from_y = x - boxes[index, 0], y - boxes[index, 1]
+    cosine, sine = boxes[index, 2], boxes[index, 3]
+    near_1, far_1 = _slab(cosine * from_x + sine * from_y, cosine * dx + sine * dy, boxes[index, 4])
+    near_2, far_2 = _slab(cosine * from_y - sine * from_x, cosine * dy - sine * dx, boxes[index, 5])
     near, far = max(near_1, near_2), min(far_1, far_2)
     if far < 0.0 or near > far:
         return np.inf
@@ -75,12 +77,12 @@ def ray_distances(
     for index in range(len(headings)):
         dx, dy = math.cos(headings[index]), math.sin(headings[index])
         least = longest
-        for wall in walls:
-            least = min(least, ray_to_wall(x, y, dx, dy, wall))
-        for disc in discs:
-            least = min(least, ray_to_disc(x, y, dx, dy, disc))
-        for box in boxes:
-            least = min(least, ray_to_box(x, y, dx, dy, box))
+        for wall in range(len(walls)):
+            least = min(least, ray_to_wall(x, y, dx, dy, walls, wall))
+        for disc in range(len(discs)):
+            least = min(least, ray_to_disc(x, y, dx, dy, discs, disc))
+        for box in range(len(boxes)):
+            least = min(least, ray_to_box(x, y, dx, dy, boxes, box))
         distances[index] = least
     return distances
 
@@ -129,16 +131,16 @@ def _hidden(
 ) -> bool:
     """Whether something stands before a place; `itself`: the number of the disc or, after those, the box there."""
     distance -= SAME_PLACE
-    for wall in walls:
-        if ray_to_wall(x, y, dx, dy, wall) < distance:
+    for index in range(len(walls)):
+        if ray_to_wall(x, y, dx, dy, walls, index) < distance:
             return True
     for index in range(len(discs)):
-        if index != itself and ray_to_disc(x, y, dx, dy, discs[index]) < distance:
+        if index != itself and ray_to_disc(x, y, dx, dy, discs, index) < distance:
             return True
     end_x, end_y = x + dx * distance, y + dy * distance
     for index in range(len(boxes)):
-        if index + len(discs) != itself and ray_to_box(x, y, dx, dy, boxes[index]) < distance:
-            stands_on_it = ray_to_box(end_x, end_y, 1.0, 0.0, boxes[index]) == 0.0
+        if index + len(discs) != itself and ray_to_box(x, y, dx, dy, boxes, index) < distance:
+            stands_on_it = ray_to_box(end_x, end_y, 1.0, 0.0, boxes, index) == 0.0
             if not stands_on_it:
                 return True
     return False

@@ -23,7 +23,7 @@ EAST, NORTH = (1.0, 0.0), (0.0, 1.0)
     ],
 )
 def test_walls(wall: tuple, direction: tuple, distance: float) -> None:
-    assert ray_to_wall(0.0, 0.0, *direction, np.array(wall, dtype=np.float64)) == pytest.approx(distance)
+    assert ray_to_wall(0.0, 0.0, *direction, np.array([wall], dtype=np.float64), 0) == pytest.approx(distance)
 
 
 @pytest.mark.parametrize(
@@ -37,7 +37,7 @@ def test_walls(wall: tuple, direction: tuple, distance: float) -> None:
     ],
 )
 def test_discs(disc: tuple, distance: float) -> None:
-    assert ray_to_disc(0.0, 0.0, *EAST, np.array(disc, dtype=np.float64)) == pytest.approx(distance)
+    assert ray_to_disc(0.0, 0.0, *EAST, np.array([disc], dtype=np.float64), 0) == pytest.approx(distance)
 
 
 @pytest.mark.parametrize(
@@ -53,8 +53,8 @@ def test_discs(disc: tuple, distance: float) -> None:
     ],
 )
 def test_boxes(pose: tuple, distance: float) -> None:
-    (box,) = boxes_of(np.array([pose], dtype=np.float64), np.array([[2.0, 0.8]]))
-    assert ray_to_box(0.0, 0.0, *EAST, box) == pytest.approx(distance)
+    boxes = boxes_of(np.array([pose], dtype=np.float64), np.array([[2.0, 0.8]]))
+    assert ray_to_box(0.0, 0.0, *EAST, boxes, 0) == pytest.approx(distance)
 
 
 def test_the_first_thing_in_each_direction_counts() -> None:
