@@ -178,6 +178,26 @@ class Export:
 
 
 @dataclass(frozen=True)
+class Config:
+    """Print every key of the environment's configuration: its default, unit and meaning."""
+
+    json: bool = False
+    """Print the defaults as JSON instead, which --env-config of other commands reads."""
+
+    def run(self) -> int:
+        """Print them."""
+        from socnav_env.config_reference import entries
+
+        config = EnvConfig()
+        if self.json:
+            print(json.dumps(config.to_dict(), indent=2))
+            return 0
+        for entry in entries(config):
+            print(f"{entry.key} = {entry.default}\n    {entry.meaning}")
+        return 0
+
+
+@dataclass(frozen=True)
 class Scenarios:
     """List the scenarios that ship: their names and what happens in them."""
 
@@ -246,6 +266,7 @@ COMMANDS: Final[dict[str, Callable[..., Command]]] = {
     "metrics": Metrics,
     "export": Export,
     "scenarios": Scenarios,
+    "config": Config,
     "generate": Generate,
 }
 

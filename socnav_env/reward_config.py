@@ -15,11 +15,16 @@ Mix = tuple[tuple[str, float], ...]  # rewards by name, and how much of each
 class RewardConfig:
     """Weights of the named reward terms.
 
-    social: of Q2 - 1 (or the raw Q1 or Q2) each step, arrival and contact: once, at the end; for the learned rewards
-    crowdnav_*: Chen et al. 2019: arrival, contact, and discomfort within a surface distance [m], by the second
-    dsrnn_*: Liu et al. 2021: progress [1/m], arrival, contact, and discomfort likewise; they pay 2.5 for each metre
-        too close and step of 0.25 s
-    mix: what the reward "mix" is made of: names and how much of each
+    social: of Q2 - 1 in `learned`, of the raw scores in `q1` and `q2`, each step
+    arrival, contact: once, at the end; in `learned` and `sparse`
+    crowdnav_arrival, crowdnav_contact: likewise in `crowdnav` (Chen et al. 2019)
+    crowdnav_discomfort: [1/(m s)] of each step that ends too close to someone
+    crowdnav_discomfort_distance: [m] between surfaces, below which that is
+    dsrnn_progress: [1/m] towards the goal, in `dsrnn` (Liu et al. 2021)
+    dsrnn_arrival, dsrnn_contact: once, at the end
+    dsrnn_discomfort: [1/(m s)] of each step that ends too close to someone; theirs is 2.5 in a step of 0.25 s
+    dsrnn_discomfort_distance: [m] between surfaces, below which that is
+    mix: what the reward `mix` is made of: names, and how much of each
     """
 
     social: float = 1.0

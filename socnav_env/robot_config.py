@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from socnav_env.checks import ConfigError, check_number
+from socnav_env.checks import ConfigError, check_choice, check_number
 
 DIFFERENTIAL, HOLONOMIC = "differential", "holonomic"
 DRIVES = (DIFFERENTIAL, HOLONOMIC)
@@ -47,8 +47,7 @@ class RobotConfig:
     min_goal_distance: float = 2.0
 
     def __post_init__(self) -> None:
-        if self.drive not in DRIVES:
-            raise ConfigError(f"robot.drive must be one of {', '.join(DRIVES)}, got {self.drive!r}")
+        check_choice("robot.drive", self.drive, DRIVES)
         for name in ("radius", "max_forward_speed", "max_turn_rate", "arrival_radius"):
             check_number(f"robot.{name}", getattr(self, name), 1e-3, math.inf)
         for name in ("max_backward_speed", "max_sideways_speed", "speed_noise", "turn_noise", "min_goal_distance"):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from socnav_env.checks import ConfigError, check_number
+from socnav_env.checks import check_flag, check_number
 
 ALL_AROUND = 2 * math.pi
 
@@ -42,8 +42,7 @@ class SensorConfig:
         check_number("sensors.field_of_view", self.field_of_view, 1e-3, ALL_AROUND)
         if self.max_range is not None:
             check_number("sensors.max_range", self.max_range, 1e-3, math.inf)
-        if not isinstance(self.occlusion, bool):
-            raise ConfigError(f"sensors.occlusion must be true or false, got {self.occlusion!r}")
+        check_flag("sensors.occlusion", self.occlusion)
         for name in ("position_noise", "heading_noise", "velocity_noise"):
             check_number(f"sensors.{name}", getattr(self, name), 0, math.inf)
         for name, least in (("nearest_people", 0), ("nearest_objects", 0), ("lidar_beams", 1)):

@@ -1,9 +1,11 @@
 """Stable-Baselines3's own policies learn from every kind of observation, in vectors of worlds and from one alone."""
 
+import numpy as np
 import pytest
 import torch
 from gymnasium import spaces
 from stable_baselines3 import DQN, PPO
+from stable_baselines3.common.vec_env import VecFrameStack
 
 from agents.vector import SB3VectorEnv
 from socnav_env.config import EnvConfig, RobotConfig
@@ -31,6 +33,20 @@ def test_ppo_learns_in_a_vector_of_worlds(name: str) -> None:
     assert model.num_timesteps == 64
     assert any(not torch.equal(one, other) for one, other in zip(before, after, strict=True))
     assert all(torch.isfinite(each).all() for each in after)
+
+
+@pytest.mark.parametrize("name", OBSERVATIONS)
+def test_stable_baselines_stacks_past_observations(name: str) -> None:
+    def first(observations):
+        return observations["robot"] if isinstance(observations, dict) else observations
+
+    envs = SB3VectorEnv(SocNavVectorEnv(2, reward="dsrnn", observation=name, config=SHORT))
+    stacked = VecFrameStack(envs, n_stack=3)
+    size = first(envs.reset()).shape[1]
+    before = first(stacked.reset())
+    after = first(stacked.step(np.zeros((2, 3)))[0])
+    assert before.shape == after.shape == (2, 3 * size)
+    np.testing.assert_array_equal(after[:, size : 2 * size], before[:, 2 * size :])
 
 
 @pytest.mark.parametrize("name", OBSERVATIONS)

@@ -6,6 +6,7 @@ import math
 
 from hypothesis import strategies as st
 
+from socnav_env import scenarios
 from socnav_env.config import (
     RELATIONS,
     ROOM_KINDS,
@@ -17,6 +18,11 @@ from socnav_env.config import (
     SensorConfig,
 )
 from socnav_env.robot_config import DRIVES
+
+try:
+    SCENARIOS = scenarios.names()
+except FileNotFoundError:  # none ship yet
+    SCENARIOS = ()
 
 
 def ranges(least: int, most: int):

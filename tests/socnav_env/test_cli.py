@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from reward_model.socnav2_json import read_socnav2
-from socnav_env.cli import main
+from socnav_env.cli import main, read_env_config
 from socnav_env.clips import encode_pictures
 from socnav_env.config import EnvConfig
 from socnav_env.env import SocNavEnv
@@ -97,6 +97,14 @@ def test_help_names_the_commands_and_loads_nothing_heavy() -> None:
         "sys.exit(any(name in sys.modules for name in ('torch', 'numba', 'pygame', 'pymunk')))"
     )
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0
+
+
+def test_the_configuration_is_explained_and_its_json_read(tmp_path: Path, capsys) -> None:
+    assert main(["config"]) == 0
+    assert 'robot.drive = "differential"\n    "differential" (forward and turn)' in capsys.readouterr().out
+    assert main(["config", "--json"]) == 0
+    (tmp_path / "config.json").write_text(capsys.readouterr().out)
+    assert read_env_config(tmp_path / "config.json") == EnvConfig()
 
 
 @pytest.fixture(scope="module")

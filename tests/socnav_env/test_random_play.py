@@ -10,17 +10,16 @@ import pytest
 from hypothesis import HealthCheck, given, reject, settings
 from hypothesis import strategies as st
 
-from socnav_env import scenarios
 from socnav_env.config import ConfigError, EnvConfig
 from socnav_env.env import SocNavEnv
 from socnav_env.observations import OBSERVATIONS
 from socnav_env.rewards import LearnedReward, MixedReward, make_reward
 from tests.socnav_env.conftest import FeatureScorer
-from tests.socnav_env.strategies import env_configs
+from tests.socnav_env.strategies import SCENARIOS, env_configs
 
 STEPS, MANY_STEPS, TOTAL = 40, 500, 200_000
 HAND_MADE = ("crowdnav", "dsrnn", "sparse")
-some_scenario = st.sampled_from([None, *scenarios.names()])
+some_scenario = st.sampled_from([None, *SCENARIOS])
 
 
 def play_randomly(config: EnvConfig, observation: str, scenario: str | None, seed: int, steps: int) -> None:

@@ -8,23 +8,23 @@ import pytest
 from gymnasium.utils.env_checker import check_env as gymnasium_check
 from stable_baselines3.common.env_checker import check_env as stable_baselines_check
 
-from socnav_env import scenarios
 from socnav_env.config import EnvConfig, RobotConfig
 from socnav_env.observations import OBSERVATIONS
 from socnav_env.rewards import REWARDS
 from socnav_env.robot_config import DRIVES
 from socnav_env.wrappers import DiscreteActions
+from tests.socnav_env.strategies import SCENARIOS
 
 ACTIONS = (*DRIVES, *(f"discrete {drive}" for drive in DRIVES))
 EVERYTHING = [
     *itertools.product(OBSERVATIONS, REWARDS, ACTIONS, [None]),
-    *itertools.product(OBSERVATIONS, ["learned"], DRIVES, scenarios.names()),
+    *itertools.product(OBSERVATIONS, ["learned"], DRIVES, SCENARIOS),
 ]
 # Each kind of observation and action once with a reward that reads frames, each reward once, each scenario once.
 SELECTION = [
     *((observation, "learned", actions, None) for observation, actions in zip(OBSERVATIONS, ACTIONS, strict=True)),
     *(("flat", reward, "holonomic", None) for reward in REWARDS),
-    *(("entities", "crowdnav", "differential", scenario) for scenario in scenarios.names()),
+    *(("entities", "crowdnav", "differential", scenario) for scenario in SCENARIOS),
 ]
 
 

@@ -1,0 +1,43 @@
+"""What the documents name exists, and what exists is named."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from socnav_env.config import EnvConfig
+from socnav_env.config_reference import entries
+from socnav_env.env import SocNavEnv
+from socnav_env.observations import OBSERVATIONS, FlatObservation, GraphObservation
+from socnav_env.rewards import REWARDS
+
+DOCS = Path(__file__).parents[1] / "docs"
+TEXT = (DOCS / "environment.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("name", [*OBSERVATIONS, *REWARDS])
+def test_every_observation_and_reward_is_described(name: str) -> None:
+    assert f"`{name}`" in TEXT
+
+
+def test_the_keys_named_exist_and_those_of_robot_and_sensors_are_all_named() -> None:
+    keys = {entry.key for entry in entries(EnvConfig())}
+    named = set(re.findall(r"`((?:robot|sensors)\.\w+)`", TEXT))
+    assert named <= keys
+    assert {key for key in keys if key.startswith(("robot.", "sensors."))} <= named
+
+
+def test_the_info_is_described() -> None:
+    env = SocNavEnv(reward="crowdnav", config=EnvConfig(time_limit=0.2))
+    env.reset(seed=0)
+    for key in env.step(np.zeros(2))[-1]:
+        assert f"`{key}`" in TEXT
+
+
+def test_the_sizes_are_right() -> None:
+    graph = GraphObservation(EnvConfig()).space()
+    nodes, edges = graph["nodes_mask"].shape[0], graph["edges_mask"].shape[0]
+    numbers = sum(box.shape[0] for box in graph.values())
+    assert f"{nodes} nodes and {edges:,} edges, {numbers:,} numbers" in TEXT
+    assert f"{FlatObservation(EnvConfig()).size} numbers by default" in TEXT
