@@ -1,52 +1,105 @@
-"""Episodes as pictures: played for the occasion, or recorded before; as a GIF or, how they ended, as a PNG."""
+"""Episodes as pictures: played for the occasion, or recorded before; as a film, a GIF or, how they ended, as a PNG."""
 
 from __future__ import annotations
 
 import io
-from collections.abc import Iterable, Sequence
+import math
+import tempfile
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Final, TypeVar
 
 import numpy as np
-from PIL.Image import Dither, Image, fromarray, new
+from numpy.typing import NDArray
+from PIL.Image import Dither, Image, new
 from rich.console import Console
 from rich.progress import track
 
+from reward_model.heatmap import WindowScorer
 from socnav_env.drivers import DRIVERS
 from socnav_env.env import SocNavEnv, action_of
-from socnav_env.playback import view_of
-from socnav_env.recording import Recording
+from socnav_env.overlays import heat_of
+from socnav_env.playback import view_at
+from socnav_env.recording import Recording, record_episode
 from socnav_env.rendering import Renderer
+from socnav_env.replay import recorded_sequences
+from socnav_env.views import HeatOverlay
 
 GIF_COLORS: Final = 128
 PALETTE_PICTURES: Final = 12  # of an episode, from which its palette is made
 LAST_PICTURE: Final = 2000  # ms for which a GIF rests on its last picture
 
 Item = TypeVar("Item")
+Picture = NDArray[np.uint8]  # (height, width, 3)
 
 
-def play(env: SocNavEnv, driver: str, seed: int, whole: bool) -> tuple[list[Image], str]:
-    """Play one episode under a driver of this name; returns pictures, all or only the last, and how it ended."""
+@dataclass(frozen=True)
+class Look:
+    """How an episode is drawn.
+
+    fps: pictures a second of simulated time; None for one a step
+    scorer: whose heatmap is laid under the scene, newly for every step; None for none
+    rings: whether everyone's intimate and personal space is drawn
+    """
+
+    fps: float | None = None
+    scorer: WindowScorer | None = None
+    rings: bool = False
+
+
+def play(env: SocNavEnv, driver: str, seed: int) -> Recording:
+    """Play one episode under a driver of this name."""
     if driver not in DRIVERS:
         raise ValueError(f"driver must be one of {', '.join(DRIVERS)}, got {driver!r}")
     env.reset(seed=seed)
     random = np.random.default_rng(seed)
     at_the_wheel = DRIVERS[driver](random)
-    pictures = []
     for _ in _watched(range(env.config.max_steps), "playing"):
-        if whole:
-            pictures.append(fromarray(env.frame()))
         command = at_the_wheel.command(env.world, random)
         info = env.step(action_of(command, env.config.robot))[-1]
         if info["outcome"] is not None:
             break
-    return [*pictures, fromarray(env.frame())], info["outcome"]
+    return record_episode(env)
 
 
-def draw_recording(recording: Recording, whole: bool) -> list[Image]:
-    """Draw a recorded episode: pictures of all its steps, or only of the last."""
-    renderer, trajectory = Renderer(), recording.trajectory
-    rows = range(len(trajectory) + 1)[0 if whole else -1 :]
-    return [fromarray(renderer.draw(view_of(trajectory, row, recording.config))) for row in _watched(rows, "drawing")]
+def draw_recording(recording: Recording, whole: bool, look: Look) -> Iterator[Picture]:
+    """Draw a recorded episode: pictures of all of it, or only of its end."""
+    renderer, trajectory, period = Renderer(), recording.trajectory, recording.config.control_period
+    heats = _heats(recording, look.scorer, whole)
+    end = len(trajectory) * period
+    times = np.append(np.arange(0.0, end - 1e-6, 1 / (look.fps or 1 / period)), end)[0 if whole else -1 :]
+    for time in _watched(times.tolist(), "drawing"):
+        heat = heats[min(math.floor(time / period + 1e-6), len(heats) - 1)] if heats else None
+        yield renderer.draw(replace(view_at(trajectory, time, recording.config), heat=heat, rings=look.rings))
+
+
+def _heats(recording: Recording, scorer: WindowScorer | None, whole: bool) -> list[HeatOverlay]:
+    """The heatmap after each step, the start included, or only the last one."""
+    if scorer is None:
+        return []
+    room = recording.trajectory.layout.room
+    sequences = recorded_sequences(recording)[0 if whole else -1 :]
+    return [heat_of(scorer, sequence, room) for sequence in _watched(sequences, "scoring")]
+
+
+def encode_film(pictures: Iterable[Picture], fps: float) -> bytes:
+    """Pictures as an H.264 film. Raises `ValueError` where the package that encodes it is missing."""
+    try:
+        import imageio_ffmpeg
+    except ImportError:
+        raise ValueError('an .mp4 needs an encoder: pip install "socnav2[video]"') from None
+    with tempfile.TemporaryDirectory() as folder:
+        file, writer = Path(folder) / "film.mp4", None
+        for picture in pictures:
+            if writer is None:
+                height, width = picture.shape[:2]
+                writer = imageio_ffmpeg.write_frames(str(file), (width, height), fps=fps, macro_block_size=2)
+                writer.send(None)
+            writer.send(picture)
+        assert writer is not None, "an episode has at least one picture"
+        writer.close()
+        return file.read_bytes()
 
 
 def encode_pictures(pictures: Sequence[Image], seconds_each: float) -> bytes:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import gymnasium as gym
@@ -24,9 +25,12 @@ from socnav_env.scenarios import Scenario, load_scenario
 
 if TYPE_CHECKING:
     from reward_model.graph import FrameGraph
-    from socnav_env.rendering import Renderer
+    from socnav_env.rendering import Controls, Renderer
     from socnav_env.trajectory import Trajectory
+    from socnav_env.views import HeatOverlay, SceneView
     from socnav_env.world import World
+
+SHOWN_PER_SECOND = 60  # pictures in the window, the time between two steps being filled evenly
 
 
 class StepResult(NamedTuple):
@@ -155,22 +159,36 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
         truncated = moment.outcome is Outcome.TIMEOUT
         terminated = moment.outcome is not None and not truncated
         if self.render_mode == "human":
-            self.render()
+            self._show(episode.recent_views(SHOWN_PER_SECOND))
         return StepResult(float(sum(terms.values())), terminated, truncated, self._info(episode, moment, terms))
 
     def render(self) -> NDArray[np.uint8] | None:
-        """Return a picture, uint8 (height, width, 3), or show it, as `render_mode` says."""
+        """Return a picture, uint8 (height, width, 3), or show it, as `render_mode` says.
+
+        The window shows every step by itself, in its own time. There h lays the learned reward's heatmap under the
+        scene, and p draws personal space.
+        """
         if self.render_mode is None:
             gym.logger.warn('render() needs gym.make("SocNav2-v0", render_mode="rgb_array" or "human")')
             return None
         if self.render_mode == "rgb_array":
             return self.frame()
-        self._drawing().show(self._scene().view(), self.metadata["render_fps"])
+        self._show([self._scene().view()])
         return None
 
-    def frame(self) -> NDArray[np.uint8]:
-        """Return a picture of the scene as it is now, uint8 (height, width, 3), whatever the render mode."""
-        return self._drawing().draw(self._scene().view())
+    def frame(self, heatmap: bool = False, rings: bool = False) -> NDArray[np.uint8]:
+        """Return a picture of the scene as it is now, uint8 (height, width, 3), whatever the render mode.
+
+        heatmap: with Q2 of all the robot's positions under the scene; raises `ValueError` where nobody scores
+        rings: with everyone's intimate and personal space
+        """
+        heat = self._heat() if heatmap else None
+        return self._drawing().draw(replace(self._scene().view(), heat=heat, rings=rings))
+
+    @property
+    def controls(self) -> Controls:
+        """What has been pressed in the window; see `Controls`."""
+        return self._drawing().controls
 
     def close(self) -> None:
         """Close the window, if there is one."""
@@ -202,6 +220,21 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
         if self._episode is None:
             raise gym.error.ResetNeeded("there is no scene yet, call reset() first")
         return self._episode
+
+    def _show(self, views: Sequence[SceneView]) -> None:
+        """Show pictures in the window, one after the other in their own time."""
+        drawing = self._drawing()
+        heat = self._heat() if drawing.controls.heatmap and self.reward.scorer is not None else None
+        for view in views:
+            drawing.show(replace(view, heat=heat, rings=drawing.controls.rings), SHOWN_PER_SECOND)
+
+    def _heat(self) -> HeatOverlay:
+        scorer, sequence = self.reward.scorer, self._scene().recent_sequence()
+        if scorer is None or sequence is None:
+            raise ValueError("a heatmap needs a learned reward, this one has no scorer")
+        from socnav_env.overlays import heat_of
+
+        return heat_of(scorer, sequence, self.world.layout.room)
 
     def _drawing(self) -> Renderer:
         if self._renderer is None:

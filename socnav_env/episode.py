@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from reward_model.graph import FrameGraph
-from reward_model.scenario import Scores
+from reward_model.scenario import Scores, Sequence
 from socnav_env.config import ConfigError, EnvConfig
 from socnav_env.layout import FloatArray
 from socnav_env.outcomes import Outcome, decide_outcome
-from socnav_env.playback import view_of
+from socnav_env.playback import view_at, view_of
 from socnav_env.population import sample_layout
 from socnav_env.rewards import Moment
 from socnav_env.snapshots import Recorder
@@ -77,6 +77,17 @@ class Episode:
     def view(self) -> SceneView:
         """What a picture of this moment shows."""
         return view_of(self.trajectory(), self.steps, self._config)
+
+    def recent_views(self, per_second: float) -> list[SceneView]:
+        """What pictures of the last step show; at the start, of this moment."""
+        trajectory, period = self.trajectory(), self._config.control_period
+        count = max(round(per_second * period), 1) if self.steps else 1
+        times = (self.steps - np.arange(count - 1, -1, -1) / count) * period
+        return [view_at(trajectory, float(time), self._config) for time in times]
+
+    def recent_sequence(self) -> Sequence | None:
+        """The last two seconds as the reward model reads scenes; None in an episode that is not judged."""
+        return None if self._recorder is None else Sequence(self._recorder.snapshots, name="episode")
 
     def _advance_world(self, command: FloatArray) -> None:
         self.world.advance(command)

@@ -2,15 +2,50 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+from typing import Final
+
 import numpy as np
 
 from reward_model.graph import select_window
 from reward_model.scenario import Scores
 from socnav_env.config import EnvConfig
 from socnav_env.frames import interaction_lines
+from socnav_env.layout import FloatArray
 from socnav_env.snapshots import frames_per_window
 from socnav_env.trajectory import Trajectory
 from socnav_env.views import SceneView
+
+ROUNDING: Final = 1e-6  # of a step
+
+
+def view_at(trajectory: Trajectory, time: float, config: EnvConfig) -> SceneView:
+    """What a picture shows `time` [s] after an episode's start, between two steps too: poses change evenly."""
+    steps = min(max(time / config.control_period, 0.0), len(trajectory))
+    row = math.floor(steps + ROUNDING)
+    view = view_of(trajectory, row, config)
+    share = steps - row
+    if share <= ROUNDING:
+        return view
+    robot_pose = _between(trajectory.robot_poses[row], trajectory.robot_poses[row + 1], share)
+    people_poses = _between(trajectory.people_poses[row], trajectory.people_poses[row + 1], share)
+    return replace(
+        view,
+        robot_pose=robot_pose,
+        people_poses=people_poses,
+        interaction_lines=interaction_lines(trajectory.layout, people_poses),
+        trail=np.vstack([view.trail, robot_pose[:2]]),
+        time=steps * config.control_period,
+        outcome=None,
+    )
+
+
+def _between(earlier: FloatArray, later: FloatArray, share: float) -> FloatArray:
+    """Poses (..., 3) on the way from some to others, turning the short way."""
+    change = later - earlier
+    change[..., 2] = np.remainder(change[..., 2] + np.pi, 2 * np.pi) - np.pi
+    return np.asarray(earlier + share * change)
 
 
 def view_of(trajectory: Trajectory, row: int, config: EnvConfig) -> SceneView:

@@ -92,6 +92,15 @@ def recorded_windows(recording: Recording) -> list[list[FrameGraph]]:
     return [recorder.window() for recorder in _recorders(recording)][skipped:]
 
 
+def recorded_sequences(recording: Recording) -> list[Sequence]:
+    """The last two seconds at the start and after each step, see `recorded_sequence`.
+
+    Raises `RecordingError` like `replay`.
+    """
+    skipped = recording.config.warm_up_steps
+    return [Sequence(recorder.snapshots, recording.name) for recorder in _recorders(recording)][skipped:]
+
+
 def _recorders(recording: Recording) -> Iterator[Recorder]:
     """One and the same recorder after each of its snapshots."""
     world = _world(recording, recording.trajectory.layout)

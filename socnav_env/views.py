@@ -15,6 +15,19 @@ def _no_rows(columns: int) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
+class HeatOverlay:
+    """What the robot's last second would be worth were it elsewhere in the room.
+
+    low, high: (2,) opposite corners [m] of the grid
+    scores: (num_x, num_y) at the centres of its cells; NaN outside of the room
+    """
+
+    low: FloatArray
+    high: FloatArray
+    scores: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
 class SceneView:
     """What is drawn of one instant, in the world frame: SI units, angles counter-clockwise.
 
@@ -29,6 +42,8 @@ class SceneView:
     scores: q1 and q2, None where nobody judges
     time: [s] since the episode began, of time_limit [s]
     outcome: how the episode ended, None while it runs
+    heat: to be laid under the scene, None for none
+    rings: whether everyone's intimate and personal space is drawn
     """
 
     corners: FloatArray
@@ -49,3 +64,5 @@ class SceneView:
     time: float = 0.0
     time_limit: float = 60.0
     outcome: str | None = None
+    heat: HeatOverlay | None = None
+    rings: bool = False

@@ -55,7 +55,7 @@ def test_the_same_seed_draws_the_same_picture(tmp_path: Path, quick: str) -> Non
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["end.jpg"], "output must end in .gif or .png, got 'end.jpg'"),
+        (["end.jpg"], "output must end in .gif, .mp4, .png, got 'end.jpg'"),
         (["end.png", "--driver", "nobody"], "driver must be one of goal, polite, chaser"),
         (["end.png", "--reward", "nothing"], "reward must be one of learned, "),
         (["end.png", "--seed", "-1"], "seed must not be negative, got -1"),
@@ -271,5 +271,5 @@ def test_only_a_recording_is_drawn(tmp_path: Path, capsys: pytest.CaptureFixture
     (tmp_path / "scene.json").write_text("[]")
     assert main(["render", str(tmp_path / "scene.json"), "-o", str(tmp_path / "clip.gif")]) == 2
     assert "scene.json: must be a whole .npz file" in capsys.readouterr().err
-    assert main(["render", str(tmp_path / "scene.json"), "-o", "clip.mp4"]) == 2
-    assert "output must end in .gif or .png, got 'clip.mp4'" in capsys.readouterr().err
+    assert main(["render", str(tmp_path / "scene.json"), "-o", "clip.avi"]) == 2
+    assert "output must end in .gif, .mp4, .png, got 'clip.avi'" in capsys.readouterr().err

@@ -5,7 +5,8 @@ import pytest
 
 from reward_model.scenario import Scores
 from socnav_env.layout import ObjectKind
-from socnav_env.rendering import FLOOR, GOAL, INTERACTION, PANEL, PANEL_HEIGHT, ROBOT, TRAIL, WALKING, WALL, Renderer
+from socnav_env.rendering import Renderer
+from socnav_env.rendering.style import FLOOR, GOAL, INTERACTION, PANEL, PANEL_HEIGHT, ROBOT, TRAIL, WALKING, WALL
 from socnav_env.views import SceneView
 
 # A room of 10 x 10 m drawn into 600 x 542 pixels with a margin of 18: 50.6 pixels a metre around (300, 271).

@@ -1,121 +1,46 @@
-"""Pictures of a scene, drawn with pygame: what `render_mode="rgb_array"` and `"human"` show.
-
-The room is seen from above with the world's y axis pointing up the picture. Everything is drawn at twice
-the size and scaled down, which smooths all edges. Works without a display.
-"""
+"""Everything that is drawn in the room, at its place."""
 
 from __future__ import annotations
 
-import os
 from itertools import pairwise
 
 import numpy as np
+import pygame
 from numpy.typing import NDArray
 
 from socnav_env.layout import FloatArray, ObjectKind
-from socnav_env.views import SceneView
-
-os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")  # pygame prints a greeting on import otherwise
-import pygame
-
-DEFAULT_SIZE = 600  # pixels, width and height of a frame
-SUPERSAMPLING = 2  # picture is drawn this many times larger, then scaled down
-PANEL_HEIGHT = 58  # pixels, of the strip with the gauges below the room
-MARGIN = 18  # pixels, between the room and the edge of the picture
-
-Color = tuple[int, int, int]
-BACKGROUND: Color = (226, 229, 233)
-FLOOR: Color = (252, 251, 248)
-GRID: Color = (238, 237, 232)
-WALL: Color = (62, 70, 82)
-INK: Color = (40, 46, 56)
-FAINT_INK: Color = (128, 136, 148)
-PANEL: Color = (255, 255, 255)
-GOAL: Color = (46, 160, 98)
-GOAL_DISC: Color = (205, 238, 217)
-ROBOT: Color = (214, 60, 62)
-ROBOT_DARK: Color = (140, 30, 36)
-TRAIL: Color = (236, 158, 152)
-WALKING: Color = (58, 124, 204)
-STANDING: Color = (130, 88, 184)
-HAIR: Color = (66, 52, 46)
-INTERACTION: Color = (238, 158, 42)
-TABLE: Color = (205, 170, 125)
-TABLE_EDGE: Color = (158, 122, 80)
-LAPTOP: Color = (70, 78, 90)
-SCREEN: Color = (150, 200, 235)
-POT: Color = (186, 110, 74)
-LEAF: Color = (70, 150, 80)
-LEAF_DARK: Color = (48, 116, 62)
-GAUGE_BACK: Color = (228, 230, 234)
-SCORE_COLORS: tuple[Color, ...] = ((205, 52, 52), (232, 130, 50), (236, 190, 60), (140, 190, 80), (44, 158, 94))
-OUTCOME_COLORS: dict[str, Color] = {"arrived": GOAL, "timeout": FAINT_INK}  # any other one is a contact
-OUTCOME_WORDS = {
-    "arrived": "arrived",
-    "timeout": "out of time",
-    "collision_person": "touched a person",
-    "collision_object": "touched an object",
-    "collision_wall": "touched a wall",
-}
+from socnav_env.rendering.style import (
+    FLOOR,
+    GOAL,
+    GOAL_DISC,
+    GRID,
+    HAIR,
+    HEAT_OPACITY,
+    INK,
+    INTERACTION,
+    LAPTOP,
+    LEAF,
+    LEAF_DARK,
+    MARGIN,
+    PANEL_HEIGHT,
+    POT,
+    RING,
+    RINGS,
+    ROBOT,
+    ROBOT_DARK,
+    SCORE_COLORS,
+    SCREEN,
+    SUPERSAMPLING,
+    TABLE,
+    TABLE_EDGE,
+    TRAIL,
+    WALL,
+    Color,
+)
+from socnav_env.views import HeatOverlay, SceneView
 
 
-class Renderer:
-    """Draws scenes, into arrays or into a window.
-
-    size: width and height of a frame in pixels
-    """
-
-    def __init__(self, size: int = DEFAULT_SIZE) -> None:
-        pygame.font.init()
-        self._size = size
-        self._canvas = pygame.Surface((size * SUPERSAMPLING, size * SUPERSAMPLING))
-        self._floor = self._canvas.copy()  # the room drawn last, most often the next one too
-        self._corners = np.zeros((0, 2))
-        self._window: pygame.Surface | None = None
-        self._clock = pygame.time.Clock()
-
-    def draw(self, view: SceneView) -> NDArray[np.uint8]:
-        """Draw the scene and return the picture, uint8 (height, width, 3)."""
-        pixels = bytearray(pygame.image.tobytes(self._picture(view), "RGB"))
-        return np.frombuffer(pixels, dtype=np.uint8).reshape(self._size, self._size, 3)
-
-    def show(self, view: SceneView, frames_per_second: float) -> None:
-        """Draw the scene into a window, opening it the first time, and wait until the next frame is due."""
-        if self._window is None:
-            pygame.display.init()
-            pygame.display.set_caption("SocNav2-v0")
-            self._window = pygame.display.set_mode((self._size, self._size))
-        pygame.event.pump()
-        self._window.blit(self._picture(view), (0, 0))
-        pygame.display.flip()
-        self._clock.tick(frames_per_second)
-
-    def close(self) -> None:
-        """Close the window, if there is one."""
-        if self._window is not None:
-            pygame.display.quit()
-            self._window = None
-
-    def _picture(self, view: SceneView) -> pygame.Surface:
-        if not np.array_equal(self._corners, view.corners):
-            self._floor.fill(BACKGROUND)
-            _Painter(self._floor, view.corners).room(view.corners)
-            self._corners = view.corners.copy()
-        self._canvas.blit(self._floor, (0, 0))
-        painter = _Painter(self._canvas, view.corners)
-        painter.goal(view)
-        painter.interactions(view.interaction_lines)
-        for pose, size, kind in zip(view.object_poses, view.object_sizes, view.object_kinds, strict=True):
-            painter.thing(pose, size, ObjectKind(kind))
-        painter.trail(view)
-        for pose, walks in zip(view.people_poses, view.people_walk, strict=True):
-            painter.person(pose, view.people_radius, WALKING if walks else STANDING)
-        painter.robot(view.robot_pose, view.robot_radius)
-        _draw_panel(self._canvas, view)
-        return pygame.transform.smoothscale(self._canvas, (self._size, self._size))
-
-
-class _Painter:
+class Painter:
     """Draws things at world coordinates on a surface into which the room just fits, above the panel."""
 
     def __init__(self, surface: pygame.Surface, corners: FloatArray) -> None:
@@ -132,6 +57,7 @@ class _Painter:
         return np.asarray(points * np.array([self.scale, -self.scale]) + self.origin)
 
     def room(self, corners: FloatArray) -> None:
+        """Draw the floor with its metres, and the walls."""
         outline = self.pixels(corners)
         pygame.draw.polygon(self.surface, FLOOR, outline.tolist())
         floor = pygame.mask.from_threshold(self.surface, FLOOR, (1, 1, 1, 255))
@@ -142,15 +68,38 @@ class _Painter:
         for y in np.arange(low[1], high[1] + 1):
             self._grid_line(tiles, np.array([[corners[:, 0].min(), y], [corners[:, 0].max(), y]]))
         floor.to_surface(self.surface, setsurface=tiles, unsetcolor=None)
-        width = 5 * SUPERSAMPLING
+        self._walls(outline)
+
+    def heat(self, heat: HeatOverlay, corners: FloatArray) -> None:
+        """Lay the scores of all positions over the floor."""
+        outline, shape = self.pixels(corners), self.surface.get_size()
+        low, high = self.pixels(np.array([heat.low, heat.high]))
+        cells = pygame.surfarray.make_surface(_heat_colors(heat.scores)[:, ::-1])  # its rows go down
+        scaled = pygame.transform.smoothscale(cells, (round(high[0] - low[0]), round(low[1] - high[1])))
+        layer = pygame.Surface(shape, pygame.SRCALPHA)
+        layer.blit(scaled, (round(low[0]), round(high[1])))
+        stencil = pygame.Surface(shape, pygame.SRCALPHA)
+        pygame.draw.polygon(stencil, (255, 255, 255, HEAT_OPACITY), outline.tolist())
+        layer.blit(stencil, (0, 0), special_flags=pygame.BLEND_RGBA_MIN)
+        self.surface.blit(layer, (0, 0))
+        self._walls(outline)
+
+    def rings(self, people_poses: FloatArray) -> None:
+        """Draw everyone's intimate and personal space."""
+        for center in self.pixels(people_poses[:, :2]).tolist():
+            for radius in RINGS:
+                pygame.draw.circle(self.surface, RING, center, radius * self.scale, SUPERSAMPLING)
+
+    def _walls(self, outline: FloatArray) -> None:
         for start, end in zip(outline, np.roll(outline, -1, axis=0), strict=True):
-            _thick_line(self.surface, WALL, start, end, width)
+            _thick_line(self.surface, WALL, start, end, 5 * SUPERSAMPLING)
 
     def _grid_line(self, surface: pygame.Surface, ends: FloatArray) -> None:
         start, end = self.pixels(ends).tolist()
         pygame.draw.line(surface, GRID, start, end, SUPERSAMPLING)
 
     def goal(self, view: SceneView) -> None:
+        """Draw the goal and the circle in which it counts as reached."""
         center = self.pixels(view.goal)
         middle = center.tolist()
         radius = max(view.arrival_radius * self.scale, 5 * SUPERSAMPLING)
@@ -162,6 +111,7 @@ class _Painter:
         pygame.draw.polygon(self.surface, GOAL, star.tolist())
 
     def interactions(self, lines: FloatArray) -> None:
+        """Draw dotted lines between those who interact."""
         for line in lines.reshape(-1, 2, 2):
             start, end = self.pixels(line)
             length = float(np.hypot(*(end - start)))
@@ -170,6 +120,7 @@ class _Painter:
                 pygame.draw.circle(self.surface, INTERACTION, dot, 2 * SUPERSAMPLING)
 
     def trail(self, view: SceneView) -> None:
+        """Draw where the robot has been, and where in the frames that it is judged by."""
         points = self.pixels(view.trail)
         for start, end in pairwise(points):
             _thick_line(self.surface, TRAIL, start, end, 2 * SUPERSAMPLING)
@@ -178,6 +129,7 @@ class _Painter:
             self._polygon(ROBOT_DARK, pose, view.robot_radius * np.array([[0.0, 0.0], [1.0, 0.0]]), SUPERSAMPLING)
 
     def thing(self, pose: FloatArray, size: FloatArray, kind: ObjectKind) -> None:
+        """Draw an object."""
         half = np.asarray(size) / 2
         if kind is ObjectKind.TABLE:
             self._polygon(TABLE_EDGE, pose, _box(half))
@@ -194,6 +146,7 @@ class _Painter:
                 self._polygon(LEAF if index % 2 else LEAF_DARK, turned, leaves)
 
     def person(self, pose: FloatArray, radius: float, color: Color) -> None:
+        """Draw somebody, nose and feet to the front."""
         dark: Color = (int(color[0] * 0.7), int(color[1] * 0.7), int(color[2] * 0.7))
         feet = _circle(0.30 * radius) * [1.5, 0.8]
         for side in (-0.45, 0.45):
@@ -206,6 +159,7 @@ class _Painter:
         self._polygon(HAIR, pose, _circle(0.47 * radius) * [0.8, 1.0] - [0.10 * radius, 0.0])
 
     def robot(self, pose: FloatArray, radius: float) -> None:
+        """Draw the robot with an arrow to its front."""
         wheel = _box(np.array([0.38, 0.13]) * radius)
         self._polygon(ROBOT_DARK, pose, _circle(radius))
         self._polygon(ROBOT, pose, _circle(radius * 0.88))
@@ -223,54 +177,6 @@ class _Painter:
             pygame.draw.line(self.surface, color, outline[0], outline[1], width)
         else:
             pygame.draw.polygon(self.surface, color, outline, width)
-
-
-def _draw_panel(surface: pygame.Surface, view: SceneView) -> None:
-    """Draw the strip at the bottom: the time, both scores, and how the episode ended."""
-    width, height = surface.get_size()
-    unit = SUPERSAMPLING
-    top = height - PANEL_HEIGHT * unit
-    pygame.draw.rect(surface, PANEL, (0, top, width, PANEL_HEIGHT * unit))
-    middle = top + PANEL_HEIGHT * unit // 2
-    _write(surface, f"{view.time:.1f} s", 17, INK, (MARGIN * unit, middle - 10 * unit))
-    _write(surface, f"of {view.time_limit:.0f} s", 11, FAINT_INK, (MARGIN * unit, middle + 11 * unit))
-    if view.scores is not None:
-        for name, score, y in zip(("Q1", "Q2"), view.scores, (-11, 11), strict=True):
-            _draw_gauge(surface, name, score, 110 * unit, middle + y * unit)
-    if view.outcome is not None:
-        color = OUTCOME_COLORS.get(view.outcome, ROBOT)
-        text = OUTCOME_WORDS.get(view.outcome, view.outcome)
-        badge = pygame.Rect(width - (MARGIN + 170) * unit, middle - 15 * unit, 170 * unit, 30 * unit)
-        pygame.draw.rect(surface, color, badge, border_radius=15 * unit)
-        _write(surface, text, 15, (255, 255, 255), badge.center, centered=True)
-
-
-def _draw_gauge(surface: pygame.Surface, name: str, score: float, left: int, middle: int) -> None:
-    unit = SUPERSAMPLING
-    length, thickness = 200 * unit, 12 * unit
-    share = min(max(score, 0.0), 1.0)
-    bar = pygame.Rect(left + 28 * unit, middle - thickness // 2, length, thickness)
-    pygame.draw.rect(surface, GAUGE_BACK, bar, border_radius=thickness // 2)
-    filled = bar.copy()
-    filled.width = max(int(length * share), thickness)
-    color = SCORE_COLORS[min(int(share * len(SCORE_COLORS)), len(SCORE_COLORS) - 1)]
-    pygame.draw.rect(surface, color, filled, border_radius=thickness // 2)
-    _write(surface, name, 13, INK, (left, middle))
-    _write(surface, f"{score:.2f}", 13, INK, (bar.right + 8 * unit, middle))
-
-
-def _write(
-    surface: pygame.Surface,
-    text: str,
-    size: int,
-    color: Color,
-    place: tuple[int, int],
-    centered: bool = False,
-) -> None:
-    """Write text, its left end (or its middle) at a place, vertically centred."""
-    letters = pygame.font.Font(None, size * SUPERSAMPLING * 4 // 3).render(text, True, color)
-    box = letters.get_rect(center=place) if centered else letters.get_rect(midleft=place)
-    surface.blit(letters, box)
 
 
 def _thick_line(surface: pygame.Surface, color: Color, start: FloatArray, end: FloatArray, width: int) -> None:
@@ -292,3 +198,15 @@ def _circle(radius: float, corners: int = 28) -> FloatArray:
 
 def _box(half: FloatArray) -> FloatArray:
     return np.asarray(np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) * half)
+
+
+def _heat_colors(scores: FloatArray) -> NDArray[np.uint8]:
+    """(num_x, num_y, 3) from red for 0 to green for 1; where nothing was scored, as at the nearest position."""
+    filled = scores.copy()
+    known = np.argwhere(~np.isnan(scores))
+    for cell in np.argwhere(np.isnan(scores)):
+        nearest = known[np.argmin(((known - cell) ** 2).sum(axis=1))]
+        filled[tuple(cell)] = scores[tuple(nearest)]
+    steps = np.linspace(0.0, 1.0, len(SCORE_COLORS))
+    channels = [np.interp(filled, steps, channel) for channel in zip(*SCORE_COLORS, strict=True)]
+    return np.stack(channels, axis=-1).astype(np.uint8)
