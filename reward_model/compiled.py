@@ -104,30 +104,30 @@ class _EdgeWeights:
 
 @torch.no_grad()
 def _edge_weights(batch: WindowBatch, layer: LayerOperators) -> _EdgeWeights:
-    tables, steps = layer.coefficients, layer.steps
-    into_room = _room_weights(batch, tables[_INTO_ROOM], steps[_INTO_ROOM])
-    same = torch.equal(tables[_INTO_ROOM], tables[_OUT_OF_ROOM]) and torch.equal(steps[_INTO_ROOM], steps[_OUT_OF_ROOM])
-    out_of_room = into_room if same else _room_weights(batch, tables[_OUT_OF_ROOM], steps[_OUT_OF_ROOM])
+    into_room = _room_weights(batch, layer, _INTO_ROOM)
     links = [
-        interpolate(tables[relation], lengths / steps[relation])
+        interpolate(layer.knots[relation], layer.coefficients[relation], lengths)
         for relation, lengths in zip(_LINKS, torch.split(batch.link_lengths, list(batch.link_counts)), strict=True)
     ]
-    return _EdgeWeights(into_room, out_of_room, links)
+    same = all(torch.equal(each[_INTO_ROOM], each[_OUT_OF_ROOM]) for each in (layer.knots, layer.coefficients))
+    return _EdgeWeights(into_room, into_room if same else _room_weights(batch, layer, _OUT_OF_ROOM), links)
 
 
 def _same_tables(layer: LayerOperators, other: LayerOperators) -> bool:
-    return torch.equal(layer.coefficients, other.coefficients) and torch.equal(layer.steps, other.steps)
+    return torch.equal(layer.knots, other.knots) and torch.equal(layer.coefficients, other.coefficients)
 
 
-def _room_weights(batch: WindowBatch, tables: Tensor, steps: Tensor) -> Tensor:
-    """tables: (kinds, num_lengths, rank), steps: (kinds,). Returns (num_frames, batch, num_slots, kinds * rank)."""
-    of_kind = torch.stack([batch.kinds == kind for kind in _ROOM_KINDS], dim=3)
-    kind = of_kind.long().argmax(dim=3)  # any kind for rooms and empty slots: their columns stay empty
-    places = batch.lengths / steps[kind]
-    row = places.floor().clamp(0, tables.shape[1] - 2).long()
-    share = (places - row).unsqueeze(3)
-    weights = tables[kind, row] * (1 - share) + tables[kind, row + 1] * share
-    return (of_kind.unsqueeze(4) * weights.unsqueeze(3)).flatten(3)
+def _room_weights(batch: WindowBatch, layer: LayerOperators, relations: Items[int]) -> Tensor:
+    """relations: places in `MEASURED`, one a kind. Returns (num_frames, batch, num_slots, kinds * rank).
+
+    The columns of other kinds than a node's stay empty, all of them for rooms and empty slots.
+    """
+    parts = [
+        interpolate(layer.knots[relation], layer.coefficients[relation], batch.lengths)
+        * (batch.kinds == kind).unsqueeze(3)
+        for kind, relation in zip(_ROOM_KINDS, relations, strict=True)
+    ]
+    return torch.cat(parts, dim=3)
 
 
 def _all_nodes(batch: WindowBatch, layer: LayerOperators, weights: _EdgeWeights, hidden: Tensor, frames: int) -> Tensor:

@@ -1,6 +1,7 @@
 """A network's operators as one flat array, which compiled code takes apart again.
 
-Handing arrays to compiled code takes time, array by array, and a network has dozens.
+Handing arrays to compiled code takes time, array by array, and a network has dozens. All widths are padded with zeros
+to multiples of `LANES`, and the first layer's matrices have rows for those features alone that a kind of node has.
 """
 
 from __future__ import annotations
@@ -9,80 +10,127 @@ from collections.abc import Sequence as Items
 from typing import Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from reward_model.graph import FROM_ROOM, TO_ROOM, Float32Array, NodeKind, Relation
+from reward_model.flat_window import (
+    FEATURES,
+    GROUPED,
+    KINDS,
+    MEETING,
+    NUM_FEATURES,
+    NUM_GROUPED,
+    NUM_MEETING,
+    PARTING,
+)
+from reward_model.graph import Float32Array, NodeKind, Relation
 from reward_model.jit import njit
 from reward_model.models.edge_networks import MEASURED, PLAIN, LayerOperators
 from reward_model.scenario import IntArray
+from reward_model.tiles import LANES
 
-ROOM_KINDS: Final = (NodeKind.PERSON, NodeKind.OBJECT, NodeKind.WALL, NodeKind.GOAL)
-INTO_ROOM: Final = tuple(MEASURED.index(Relation(TO_ROOM[kind])) for kind in ROOM_KINDS)
-OUT_OF_ROOM: Final = tuple(MEASURED.index(Relation(FROM_ROOM[kind])) for kind in ROOM_KINDS)
-NUM_ROOM_KINDS: Final = len(ROOM_KINDS)
+NUM_PLAIN: Final = len(PLAIN)
+# Between the rows of the matrices at parting edges: rows a power of two apart would share a place in the caches.
+_GAP: Final = 2 * LANES
+_SOURCE_KINDS: Final = {
+    Relation.OBJECT_PERSON: NodeKind.OBJECT,
+    Relation.PERSON_OBJECT: NodeKind.PERSON,
+    Relation.PERSON_PERSON: NodeKind.PERSON,
+    Relation.PERSON_WALL: NodeKind.PERSON,
+    Relation.WALL_PERSON: NodeKind.WALL,
+}
+_NUM_PARTING: Final = len(PARTING)
 
 
 class Layer(NamedTuple):
-    """One layer's arrays, laid out for the products below.
+    """One layer's arrays, laid out for the products they are in.
 
-    plain: (5, in, out); into_room: (4 * rank * in, out); out_of_room: (in, 4 * rank * out)
-    aggregate: (13, rank * in, out); project: (13, in, rank * out)
-    coefficients: (13, num_lengths, rank); steps: (13,); bias: (out,)
+    plain: (kinds * 5, in, out) by kind of node, in the first layer, else the same for all (kinds = 1)
+    meeting: (5, rank * in, out); parting: (8, in, rank * out), with a gap between rows
+    knots: (13, num_knots); tables: (13, num_knots, rank), both by `GROUPED`
+    bias: (out,)
     """
 
     plain: Float32Array
-    into_room: Float32Array
-    out_of_room: Float32Array
-    aggregate: Float32Array
-    project: Float32Array
-    coefficients: Float32Array
-    steps: Float32Array
+    meeting: Float32Array
+    parting: Float32Array
+    knots: Float32Array
+    tables: Float32Array
     bias: Float32Array
 
 
 def flat_layers(operators: Items[LayerOperators]) -> tuple[Float32Array, IntArray]:
-    """All layers' arrays one after the other, and what `layer_at` needs to find them again, (num_layers, 5)."""
-    layers = [_layer_arrays(layer) for layer in operators]
+    """All layers' arrays one after the other, and what `layer_at` needs to find them again, (num_layers, 7).
+
+    The last of it tells whether the tables are those of the layer before.
+    """
+    layers = [_layer_arrays(layer, first=index == 0) for index, layer in enumerate(operators)]
     sizes = [sum(part.size for part in layer) for layer in layers]
     starts = np.cumsum([0, *sizes[:-1]])
-    shapes = [(*layer.plain.shape[1:], *layer.coefficients.shape[1:]) for layer in layers]
+    shapes = [
+        (len(layer.plain) // NUM_PLAIN, *layer.plain.shape[1:], *layer.tables.shape[1:], _same_tables(layers, index))
+        for index, layer in enumerate(layers)
+    ]
     weights = np.concatenate([part.ravel() for layer in layers for part in layer])
-    return weights, np.column_stack([starts, np.array(shapes)])
+    return weights, np.column_stack([starts, np.array(shapes, dtype=np.int64)])
 
 
 @njit
 def layer_at(weights: Float32Array, shape: IntArray) -> Layer:
-    """Find a layer's arrays again: where it starts, and how many inputs, outputs, lengths and ranks it has."""
-    start, inputs, outputs, lengths, rank = shape[0], shape[1], shape[2], shape[3], shape[4]
-    num_plain, num_measured = len(PLAIN), len(MEASURED)
-    size = inputs * outputs
-    into = start + num_plain * size
-    out_of = into + NUM_ROOM_KINDS * rank * size
-    aggregate = out_of + NUM_ROOM_KINDS * rank * size
-    project = aggregate + num_measured * rank * size
-    coefficients = project + num_measured * rank * size
-    steps = coefficients + num_measured * lengths * rank
-    bias = steps + num_measured
+    """Find a layer's arrays again."""
+    start, kinds, inputs, outputs, knots, rank = shape[0], shape[1], shape[2], shape[3], shape[4], shape[5]
+    row = rank * outputs + _GAP
+    meeting = start + kinds * NUM_PLAIN * inputs * outputs
+    parting = meeting + NUM_MEETING * rank * inputs * outputs
+    places = parting + _NUM_PARTING * inputs * row
+    tables = places + NUM_GROUPED * knots
+    bias = tables + NUM_GROUPED * knots * rank
     return Layer(
-        weights[start:into].reshape(num_plain, inputs, outputs),
-        weights[into:out_of].reshape(NUM_ROOM_KINDS * rank * inputs, outputs),
-        weights[out_of:aggregate].reshape(inputs, NUM_ROOM_KINDS * rank * outputs),
-        weights[aggregate:project].reshape(num_measured, rank * inputs, outputs),
-        weights[project:coefficients].reshape(num_measured, inputs, rank * outputs),
-        weights[coefficients:steps].reshape(num_measured, lengths, rank),
-        weights[steps:bias],
+        weights[start:meeting].reshape(kinds * NUM_PLAIN, inputs, outputs),
+        weights[meeting:parting].reshape(NUM_MEETING, rank * inputs, outputs),
+        weights[parting:places].reshape(_NUM_PARTING, inputs, row),
+        weights[places:tables].reshape(NUM_GROUPED, knots),
+        weights[tables:bias].reshape(NUM_GROUPED, knots, rank),
         weights[bias : bias + outputs],
     )
 
 
-def _layer_arrays(layer: LayerOperators) -> Layer:
-    plain, basis, coefficients, steps, bias = (
-        np.array(tensor.detach().cpu().numpy(), dtype=np.float32, order="C")  # a copy: training on changes nothing
-        for tensor in (layer.plain, layer.basis, layer.coefficients, layer.steps, layer.bias)
+def _layer_arrays(layer: LayerOperators, first: bool) -> Layer:
+    plain, basis, knots, tables, bias = (
+        tensor.detach().cpu().numpy().astype(np.float32)
+        for tensor in (layer.plain, layer.basis, layer.knots, layer.coefficients, layer.bias)
     )
-    num_measured, rank, inputs, outputs = basis.shape
-    by_input = np.ascontiguousarray(basis.transpose(0, 2, 1, 3))  # (13, in, rank, out)
-    into_room = basis[list(INTO_ROOM)].reshape(-1, outputs)
-    out_of_room = np.ascontiguousarray(by_input[list(OUT_OF_ROOM)].transpose(1, 0, 2, 3)).reshape(inputs, -1)
-    aggregate = basis.reshape(num_measured, rank * inputs, outputs)
-    project = by_input.reshape(num_measured, inputs, rank * outputs)
-    return Layer(plain, into_room, out_of_room, aggregate, project, coefficients, steps, bias)
+    order = [MEASURED.index(relation) for relation in GROUPED]
+    plain, basis, tables, bias = (_padded(part) for part in (plain, basis[order], tables[order], bias))
+    basis = np.concatenate([basis, np.zeros((NUM_GROUPED, -basis.shape[1] % LANES, *basis.shape[2:]), np.float32)], 1)
+    of_kinds = [_rows(plain, kind, first) for kind in KINDS] if first else [_rows(plain, NodeKind.ROOM, first)]
+    matrices = [_rows(basis[place], _source_kind(relation), first) for place, relation in enumerate(GROUPED)]
+    rank, inputs, outputs = matrices[0].shape
+    meeting = np.stack(matrices[:NUM_MEETING]).reshape(NUM_MEETING, rank * inputs, outputs)
+    parting = np.stack(matrices[NUM_MEETING:]).transpose(0, 2, 1, 3).reshape(_NUM_PARTING, inputs, rank * outputs)
+    parting = np.pad(parting, ((0, 0), (0, 0), (0, _GAP)))
+    return Layer(np.concatenate(of_kinds), meeting, parting, knots[order], tables, bias)
+
+
+def _padded(array: NDArray[np.float32]) -> Float32Array:
+    return np.pad(array, [(0, 0)] * (array.ndim - 1) + [(0, -array.shape[-1] % LANES)])
+
+
+def _rows(matrices: Float32Array, kind: NodeKind, first: bool) -> Float32Array:
+    """(n, in, out) with the rows that a kind's features need in the first layer, else as many as there are columns."""
+    if not first:
+        return np.pad(matrices, ((0, 0), (0, -matrices.shape[1] % LANES), (0, 0)))
+    rows = matrices[:, list(FEATURES[KINDS.index(kind)])]
+    return np.pad(rows, ((0, 0), (0, NUM_FEATURES - rows.shape[1]), (0, 0)))
+
+
+def _source_kind(relation: Relation) -> NodeKind:
+    if relation in _SOURCE_KINDS:
+        return _SOURCE_KINDS[relation]
+    return KINDS[1 + MEETING.index(relation)] if relation in MEETING else NodeKind.ROOM
+
+
+def _same_tables(layers: list[Layer], index: int) -> bool:
+    if index == 0:
+        return False
+    before, layer = layers[index - 1], layers[index]
+    return np.array_equal(before.knots, layer.knots) and np.array_equal(before.tables, layer.tables)

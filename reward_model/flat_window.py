@@ -1,4 +1,8 @@
-"""One window of frames as flat arrays, as the fused network walks through them: nodes, and links in groups."""
+"""Windows of frames as flat arrays, as the fused network walks through them: nodes, and edges in groups.
+
+Nodes stand together by the frame's place in its window, then by kind, then by window. So what is multiplied with one
+matrix are rows one after the other, and what later layers leave out stands at the end.
+"""
 
 from __future__ import annotations
 
@@ -8,169 +12,290 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from reward_model.graph import (
+    FROM_ROOM,
     NUM_FRAMES,
     TIME_FEATURES,
+    TO_ROOM,
     Float32Array,
     FrameGraph,
-    Int32Array,
+    NodeKind,
     Relation,
 )
 from reward_model.jit import njit
 from reward_model.scenario import IntArray
 
-_NUM_RELATIONS: Final = len(Relation)
-_WALL_PERSON: Final = int(Relation.WALL_PERSON)
+KINDS: Final = (NodeKind.ROOM, NodeKind.PERSON, NodeKind.OBJECT, NodeKind.WALL, NodeKind.GOAL)
+NUM_KINDS: Final = len(KINDS)
+_TIMES: Final = tuple(range(TIME_FEATURES, TIME_FEATURES + NUM_FRAMES))
+# For each of KINDS the features that are not 0 on its nodes: the kind, the place in the window, the kind's own.
+FEATURES: Final = (
+    (NodeKind.ROOM, *_TIMES, 17, 18, 30, 31),
+    (NodeKind.PERSON, *_TIMES, *range(8, 17)),
+    (NodeKind.OBJECT, *_TIMES, *range(19, 30)),
+    (NodeKind.WALL, *_TIMES, *range(32, 38)),
+    (NodeKind.GOAL, *_TIMES, *range(38, 42)),
+)
+NUM_FEATURES: Final = 16  # the most that a kind has, as a multiple of what processors handle at once
+
+# Relations whose edges meet at their target, which hears a sum, and those whose edges part at their source.
+MEETING: Final = (*(Relation(TO_ROOM[kind]) for kind in KINDS[1:]), Relation.WALL_PERSON)
+PARTING: Final = (
+    *(Relation(FROM_ROOM[kind]) for kind in KINDS[1:]),
+    Relation.OBJECT_PERSON,
+    Relation.PERSON_OBJECT,
+    Relation.PERSON_PERSON,
+    Relation.PERSON_WALL,
+)
+GROUPED: Final = (*MEETING, *PARTING)
+NUM_MEETING: Final = len(MEETING)
+NUM_GROUPED: Final = len(GROUPED)
+NUM_INTO_ROOM: Final = NUM_KINDS - 1  # the first of MEETING
+
+_FEATURE_TABLE: Final = np.array([(*columns, *[-1] * (NUM_FEATURES - len(columns))) for columns in FEATURES])
+_PLACE_OF_KIND: Final = np.array([KINDS.index(kind) for kind in NodeKind])
+_PLACE_OF_RELATION: Final = np.array([GROUPED.index(each) if each in GROUPED else -1 for each in Relation])
 
 
-class _Frame(NamedTuple):
-    """What the network reads of a `FrameGraph`, under its names."""
+class Stack(NamedTuple):
+    """The arrays of `FrameGraph`, of all frames of several windows one after the other.
+
+    num_nodes, num_links: (num_frames,) of each frame
+    times: (num_frames,) its place in its window, 0 for the newest
+    windows: (num_frames,) the window's number
+    """
 
     features: Float32Array
-    kinds: Int32Array
+    kinds: IntArray
     keys: IntArray
     lengths: Float32Array
-    link_sources: Int32Array
-    link_targets: Int32Array
-    link_relations: Int32Array
+    link_sources: IntArray
+    link_targets: IntArray
+    link_relations: IntArray
     link_lengths: Float32Array
+    num_nodes: IntArray
+    num_links: IntArray
+    times: IntArray
+    windows: IntArray
 
 
 class Nodes(NamedTuple):
-    """The nodes of a window as flat arrays, frame after frame, newest first.
+    """The nodes of several windows.
 
-    starts: (num_frames + 1,) the first node of each frame
-    older: (num_nodes,) the same thing's node in the next older frame, -1 where there is none
+    features: (num_nodes, 16) those in `FEATURES` of the node's kind, padded with zeros
+    starts: (3 * 5 * num_windows + 1,) the first node of each place in the window, kind (as in KINDS) and window
+    newer, older: (num_nodes,) the same thing's node in the next newer and the next older frame, -1 where there is none
     shares: (num_nodes,) one over the number of edges that each node hears
     """
 
     features: Float32Array
-    kinds: Int32Array
-    lengths: Float32Array
     starts: IntArray
+    newer: IntArray
     older: IntArray
     shares: Float32Array
 
 
-class Links(NamedTuple):
-    """The links of a window, sorted so that those with one relation and one centre stand together.
+class Edges(NamedTuple):
+    """The edges that have a length, in groups of one relation and one centre, the node where they meet or part.
 
-    A link's centre is its end that is a person where the other is a wall segment, else its source.
-    starts: (num_groups + 1,) the first link of each group
+    others: (num_edges,) the node at the other end
+    lengths: (num_edges,) of the edges
+    centres: (num_groups,)
+    starts: (num_groups + 1,) the first edge of each group
+    bounds: (13, 4) of each relation in `GROUPED`, the first group at each place in the window, and where they end
     """
 
-    sources: IntArray
-    targets: IntArray
-    relations: IntArray
+    others: IntArray
     lengths: Float32Array
+    centres: IntArray
     starts: IntArray
+    bounds: IntArray
 
 
-Frames = tuple[_Frame, ...]
-
-
-def flat_window(window: Items[FrameGraph]) -> tuple[Nodes, Links]:
-    """Join up to three frames, newest first."""
-    return join_frames(padded_frames(window), len(window))
-
-
-def padded_frames(window: Items[FrameGraph]) -> Frames:
-    """The arrays of three frames, the newest one again for those that are missing: one compiled form serves all."""
-    frames = [_frame(graph) for graph in window]
-    return (*frames, *[frames[0]] * (NUM_FRAMES - len(frames)))
-
-
-def _frame(graph: FrameGraph) -> _Frame:
-    return _Frame(
-        graph.features,
-        graph.kinds,
-        graph.keys,
-        graph.lengths,
-        graph.link_sources,
-        graph.link_targets,
-        graph.link_relations,
-        graph.link_lengths,
+def stack_windows(windows: Items[Items[FrameGraph]]) -> Stack:
+    """Join the frames of windows, newest first."""
+    frames = [frame for window in windows for frame in window]
+    return Stack(
+        np.concatenate([frame.features for frame in frames]),
+        np.concatenate([frame.kinds for frame in frames]),
+        np.concatenate([frame.keys for frame in frames]),
+        np.concatenate([frame.lengths for frame in frames]),
+        np.concatenate([frame.link_sources for frame in frames]),
+        np.concatenate([frame.link_targets for frame in frames]),
+        np.concatenate([frame.link_relations for frame in frames]),
+        np.concatenate([frame.link_lengths for frame in frames]),
+        np.array([len(frame.kinds) for frame in frames]),
+        np.array([len(frame.link_lengths) for frame in frames]),
+        np.array([time for window in windows for time in range(len(window))]),
+        np.array([number for number, window in enumerate(windows) for _ in window]),
     )
 
 
 @njit
-def join_frames(frames: Frames, num_frames: int) -> tuple[Nodes, Links]:
-    """Join the first frames of a padded window."""
-    starts = np.zeros(num_frames + 1, dtype=np.int64)
-    for time in range(num_frames):
-        starts[time + 1] = starts[time] + len(frames[time].kinds)
-    links = _join_links(frames, starts)
-    return _join_nodes(frames, starts, links.targets), links
+def flat_windows(stack: Stack) -> tuple[Nodes, Edges]:
+    """Sort the nodes and put the edges into groups."""
+    starts, places = _node_places(stack)
+    edges = _edges(stack, starts, places)
+    newer, older = _neighbours(stack, places)
+    return Nodes(_features(stack, places), starts, newer, older, _shares(newer, older, edges)), edges
 
 
 @njit
-def _join_nodes(frames: Frames, starts: IntArray, link_targets: IntArray) -> Nodes:
-    num_frames, count = len(starts) - 1, starts[-1]
-    features = np.empty((count, frames[0].features.shape[1]), dtype=np.float32)
-    kinds, lengths = np.empty(count, dtype=np.int32), np.empty(count, dtype=np.float32)
-    older = np.full(count, -1, dtype=np.int64)
-    for time in range(num_frames):
-        first, last = starts[time], starts[time + 1]
-        features[first:last] = frames[time].features
-        features[first:last, TIME_FEATURES + time] = 1
-        kinds[first:last] = frames[time].kinds
-        lengths[first:last] = frames[time].lengths
-        if time + 1 < num_frames:
-            _match(frames[time].keys, frames[time + 1].keys, last, older[first:last])
-    return Nodes(features, kinds, lengths, starts, older, _shares(starts, older, link_targets))
+def _node_places(stack: Stack) -> tuple[IntArray, IntArray]:
+    """Where each section starts, and where each of the stack's nodes goes."""
+    num_windows = stack.windows[-1] + 1
+    starts = np.zeros(NUM_FRAMES * NUM_KINDS * num_windows + 1, dtype=np.int64)
+    places = np.empty(len(stack.kinds), dtype=np.int64)
+    node = 0
+    for frame in range(len(stack.times)):
+        first = stack.times[frame] * NUM_KINDS * num_windows + stack.windows[frame]
+        for _ in range(stack.num_nodes[frame]):
+            places[node] = first + _PLACE_OF_KIND[stack.kinds[node]] * num_windows
+            starts[places[node] + 1] += 1
+            node += 1
+    for section in range(1, len(starts)):
+        starts[section] += starts[section - 1]
+    next_place = starts.copy()
+    for node in range(len(places)):
+        section = places[node]
+        places[node] = next_place[section]
+        next_place[section] += 1
+    return starts, places
 
 
 @njit
-def _match(newer: IntArray, older: IntArray, start: int, nodes: IntArray) -> None:
-    """Find each newer key among the older ones, most often at the same place; `start` is the older frame's."""
-    for index in range(len(newer)):
-        if index < len(older) and older[index] == newer[index]:
-            nodes[index] = start + index
+def _features(stack: Stack, places: IntArray) -> Float32Array:
+    features = np.zeros((len(places), NUM_FEATURES), dtype=np.float32)
+    node = 0
+    for frame in range(len(stack.times)):
+        for _ in range(stack.num_nodes[frame]):
+            row = features[places[node]]
+            columns = _FEATURE_TABLE[_PLACE_OF_KIND[stack.kinds[node]]]
+            for index in range(NUM_FEATURES):
+                if columns[index] >= 0:
+                    row[index] = stack.features[node, columns[index]]
+            row[1 + stack.times[frame]] = 1
+            node += 1
+    return features
+
+
+@njit
+def _neighbours(stack: Stack, places: IntArray) -> tuple[IntArray, IntArray]:
+    newer, older = np.full(len(places), -1, dtype=np.int64), np.full(len(places), -1, dtype=np.int64)
+    start = 0
+    for frame in range(len(stack.times) - 1):
+        middle = start + stack.num_nodes[frame]
+        end = middle + stack.num_nodes[frame + 1]
+        if stack.times[frame + 1] > 0:
+            _match(stack.keys[start:middle], stack.keys[middle:end], places[start:end], newer, older)
+        start = middle
+    return newer, older
+
+
+@njit
+def _match(first: IntArray, second: IntArray, places: IntArray, newer: IntArray, older: IntArray) -> None:
+    """Find each key of a frame among those of the next older one, most often at the same place."""
+    for index in range(len(first)):
+        other = index
+        if index >= len(second) or second[index] != first[index]:
+            other = 0
+            while other < len(second) and second[other] != first[index]:
+                other += 1
+        if other < len(second):
+            older[places[index]] = places[len(first) + other]
+            newer[places[len(first) + other]] = places[index]
+
+
+@njit
+def _edges(stack: Stack, starts: IntArray, places: IntArray) -> Edges:
+    """Every node has an edge to its room and one back; the others are the stack's links."""
+    lengths = np.empty(len(places), dtype=np.float32)
+    lengths[places] = stack.lengths
+    count = 2 * len(places) + len(stack.link_lengths)  # at most
+    edges = Edges(
+        np.empty(count, dtype=np.int64),
+        np.empty(count, dtype=np.float32),
+        np.empty(count, dtype=np.int64),
+        np.empty(count + 1, dtype=np.int64),
+        np.empty((NUM_GROUPED, NUM_FRAMES + 1), dtype=np.int64),
+    )
+    firsts = _first_nodes_and_links(stack)
+    group, edge = 0, 0
+    for relation in range(NUM_GROUPED):
+        kind = 1 + (relation if relation < NUM_MEETING else relation - NUM_MEETING)
+        of_room = kind < NUM_KINDS
+        for time in range(NUM_FRAMES):
+            edges.bounds[relation, time] = group
+            for window in range(firsts.shape[1]):
+                if firsts[time, window, 0] < 0:
+                    continue
+                if of_room:
+                    room = time * NUM_KINDS * firsts.shape[1] + window
+                    group, edge = _add_room_edges(edges, group, edge, starts, lengths, room, kind * firsts.shape[1])
+                else:
+                    group, edge = _add_links(edges, group, edge, stack, places, firsts[time, window], relation)
+        edges.bounds[relation, NUM_FRAMES] = group
+    edges.starts[group] = edge
+    starts_of_groups = edges.starts[: group + 1]
+    return Edges(edges.others[:edge], edges.lengths[:edge], edges.centres[:group], starts_of_groups, edges.bounds)
+
+
+@njit
+def _first_nodes_and_links(stack: Stack) -> IntArray:
+    """(3, num_windows, 3) by place and window: a frame's first node, first link and its last one's successor, or -1."""
+    firsts = np.full((NUM_FRAMES, stack.windows[-1] + 1, 3), -1, dtype=np.int64)
+    node, link = 0, 0
+    for frame in range(len(stack.times)):
+        row = firsts[stack.times[frame], stack.windows[frame]]
+        row[0], row[1], row[2] = node, link, link + stack.num_links[frame]
+        node, link = node + stack.num_nodes[frame], row[2]
+    return firsts
+
+
+@njit
+def _add_room_edges(
+    edges: Edges, group: int, edge: int, starts: IntArray, lengths: Float32Array, room: int, ahead: int
+) -> tuple[int, int]:
+    """One group, of all nodes of one kind; `ahead`: sections from the room's to theirs."""
+    first, last = starts[room + ahead], starts[room + ahead + 1]
+    if first == last:
+        return group, edge
+    edges.centres[group], edges.starts[group] = starts[room], edge
+    for node in range(first, last):
+        edges.others[edge], edges.lengths[edge] = node, lengths[node]
+        edge += 1
+    return group + 1, edge
+
+
+@njit
+def _add_links(
+    edges: Edges, group: int, edge: int, stack: Stack, places: IntArray, firsts: IntArray, relation: int
+) -> tuple[int, int]:
+    """A frame's links of one relation, a new group for each centre other than the last one's."""
+    last_centre = -1
+    for link in range(firsts[1], firsts[2]):
+        if _PLACE_OF_RELATION[stack.link_relations[link]] != relation:
             continue
-        for other in range(len(older)):
-            if older[other] == newer[index]:
-                nodes[index] = start + other
+        source, target = places[firsts[0] + stack.link_sources[link]], places[firsts[0] + stack.link_targets[link]]
+        centre, other = (target, source) if relation < NUM_MEETING else (source, target)
+        if centre != last_centre:
+            edges.centres[group], edges.starts[group] = centre, edge
+            group, last_centre = group + 1, centre
+        edges.others[edge], edges.lengths[edge] = other, stack.link_lengths[link]
+        edge += 1
+    return group, edge
 
 
 @njit
-def _join_links(frames: Frames, node_starts: IntArray) -> Links:
-    count = 0
-    for time in range(len(node_starts) - 1):
-        count += len(frames[time].link_relations)
-    sources, targets = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
-    relations, lengths = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.float32)
-    groups = np.empty(count, dtype=np.int64)
-    place = 0
-    for time in range(len(node_starts) - 1):
-        frame = frames[time]
-        for link in range(len(frame.link_relations)):
-            sources[place] = frame.link_sources[link] + node_starts[time]
-            targets[place] = frame.link_targets[link] + node_starts[time]
-            relations[place] = frame.link_relations[link]
-            lengths[place] = frame.link_lengths[link]
-            centre = targets[place] if relations[place] == _WALL_PERSON else sources[place]
-            groups[place] = centre * _NUM_RELATIONS + relations[place]
-            place += 1
-    order = np.argsort(groups, kind="mergesort")
-    starts = np.empty(count + 1, dtype=np.int64)
-    num_groups = 0
-    for link in range(count):
-        if link == 0 or groups[order[link]] != groups[order[link - 1]]:
-            starts[num_groups] = link
-            num_groups += 1
-    starts[num_groups] = count
-    return Links(sources[order], targets[order], relations[order], lengths[order], starts[: num_groups + 1])
-
-
-@njit
-def _shares(starts: IntArray, older: IntArray, link_targets: IntArray) -> Float32Array:
-    degrees = np.full(starts[-1], 2, dtype=np.float32)  # the room's edge and its own
-    for frame in range(len(starts) - 1):
-        degrees[starts[frame]] = starts[frame + 1] - starts[frame]
-    for target in link_targets:
-        degrees[target] += 1
-    for node in range(len(older)):
-        if older[node] >= 0:
-            degrees[node] += 1
-            degrees[older[node]] += 1
+def _shares(newer: IntArray, older: IntArray, edges: Edges) -> Float32Array:
+    degrees = np.ones(len(newer), dtype=np.float32)  # its own
+    for node in range(len(degrees)):
+        degrees[node] += (newer[node] >= 0) + (older[node] >= 0)
+    first_parting = edges.bounds[NUM_MEETING, 0]
+    for group in range(len(edges.centres)):
+        if group < first_parting:
+            degrees[edges.centres[group]] += edges.starts[group + 1] - edges.starts[group]
+        else:
+            for edge in range(edges.starts[group], edges.starts[group + 1]):
+                degrees[edges.others[edge]] += 1
     shares: Float32Array = np.reciprocal(degrees)
     return shares

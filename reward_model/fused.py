@@ -1,8 +1,8 @@
 """Windows through the factorised MPNN as one compiled function: what an environment's step waits for.
 
-The arithmetic is that of `reward_model.compiled` without padding and without a framework between the products;
-for a single window the framework is most of the cost. Where many rows meet one matrix the product goes to BLAS, the
-rest are loops over nodes and links that skip zeros: of a node's features most are.
+The arithmetic is that of `reward_model.compiled` without padding and without a framework between the products. A few
+windows go through each layer together, so that its matrices are fetched once for all of them; `reward_model.tiles`
+sees to it that a window's answer does not depend on the others.
 """
 
 from __future__ import annotations
@@ -18,33 +18,35 @@ from typing import Final
 import numpy as np
 import torch
 
-from reward_model.flat_layers import INTO_ROOM, NUM_ROOM_KINDS, OUT_OF_ROOM, ROOM_KINDS, Layer, flat_layers, layer_at
-from reward_model.flat_window import Frames, Links, Nodes, join_frames, padded_frames
-from reward_model.graph import (
-    NUM_FRAMES,
-    Float32Array,
-    FrameGraph,
-    NodeKind,
-    Relation,
+from reward_model.flat_layers import NUM_PLAIN, Layer, flat_layers, layer_at
+from reward_model.flat_window import (
+    NUM_GROUPED,
+    NUM_INTO_ROOM,
+    NUM_KINDS,
+    NUM_MEETING,
+    Edges,
+    Nodes,
+    Stack,
+    flat_windows,
+    stack_windows,
 )
+from reward_model.graph import NUM_FRAMES, Float32Array, FrameGraph, Relation
 from reward_model.jit import njit
-from reward_model.models.edge_networks import MEASURED, PLAIN, LayerOperators
+from reward_model.models.edge_networks import PLAIN, LayerOperators
 from reward_model.scenario import IntArray
+from reward_model.tiles import LANES, add_product
 
-# by NodeKind: the place in ROOM_KINDS, -1 for the room
-_ROOM_COLUMN: Final = tuple(ROOM_KINDS.index(kind) if kind in ROOM_KINDS else -1 for kind in NodeKind)
 _SELF: Final = PLAIN.index(Relation.SELF)
 _TO_OLDER: Final = (PLAIN.index(Relation.NOW_TO_SECOND), PLAIN.index(Relation.SECOND_TO_THIRD))
 _TO_NEWER: Final = (PLAIN.index(Relation.SECOND_TO_NOW), PLAIN.index(Relation.THIRD_TO_SECOND))
-# by Relation: its place among the measured ones, -1 for the others
-_MEASURED_PLACE: Final = tuple(MEASURED.index(r) if r in MEASURED else -1 for r in Relation)
-_WALL_PERSON: Final = int(Relation.WALL_PERSON)
 
+_TOGETHER: Final = 8  # windows that go through the layers together; what they need stays in a core's own cache
 _LEAST_SHARE: Final = 4  # windows that are worth a thread of their own
 _LOWEST: Final = np.float32(-16.0)  # below it exp is nothing beside 1
 _DOUBLINGS: Final = 6
 _SCALE: Final = np.float32(1 / 2**_DOUBLINGS)
 _TAYLOR: Final = tuple(np.float32(1 / math.factorial(power)) for power in range(1, 8))  # of expm1
+_ONE: Final = np.float32(1.0)
 _TWO: Final = np.float32(2.0)
 
 
@@ -73,8 +75,9 @@ class FusedMPNN:
         return scores
 
     def _score(self, windows: Items[Items[FrameGraph]], scores: Float32Array) -> None:
-        for window, row in zip(windows, scores, strict=True):
-            _score_window(padded_frames(window), len(window), self._weights, self._shapes, row)
+        for start in range(0, len(windows), _TOGETHER):
+            few = slice(start, start + _TOGETHER)
+            _score_windows(stack_windows(windows[few]), self._weights, self._shapes, scores[few])
 
 
 @cache
@@ -86,19 +89,140 @@ os.register_at_fork(after_in_child=_threads.cache_clear)  # threads do not come 
 
 
 @njit
-def _score_window(
-    frames: Frames, num_frames: int, weights: Float32Array, shapes: IntArray, scores: Float32Array
-) -> None:
-    nodes, links = join_frames(frames, num_frames)
+def _score_windows(stack: Stack, weights: Float32Array, shapes: IntArray, scores: Float32Array) -> None:
+    nodes, edges = flat_windows(stack)
     hidden, last = nodes.features, len(shapes) - 1
+    coefficients = np.empty(0, dtype=np.float32)
     for index in range(last + 1):
-        # Only what the newest room can still hear in the layers left: all of so many frames, and the next one's room.
-        whole = min(num_frames, last - index)
-        count = nodes.starts[whole] + (whole < num_frames)
-        hidden = _all_nodes(nodes, links, layer_at(weights, shapes[index]), hidden, count)
+        layer = layer_at(weights, shapes[index])
+        # Only what the newest rooms can still hear in the layers left: all of so many frames, and the next one's rooms.
+        whole = min(NUM_FRAMES, last - index)
+        if shapes[index, 6] == 0:
+            coefficients = _coefficients(layer, edges, whole)
+        hidden = _all_nodes(nodes, edges, layer, coefficients, hidden, whole)
         if index < last:
             _apply_elu(hidden)
-    scores[:] = np.maximum(hidden[0], np.float32(0))
+    scores[:] = np.maximum(hidden[: len(scores), :2], np.float32(0))
+
+
+@njit
+def _coefficients(layer: Layer, edges: Edges, whole: int) -> Float32Array:
+    """(num_edges * rank,) those of every edge's relation at its length, for edges that meet or part in time."""
+    rank = layer.tables.shape[2]
+    coefficients = np.empty((len(edges.lengths), rank), dtype=np.float32)
+    for relation in range(NUM_GROUPED):
+        knots, table = layer.knots[relation], layer.tables[relation]
+        times = min(whole + 1, NUM_FRAMES)
+        first, last = edges.starts[edges.bounds[relation, 0]], edges.starts[edges.bounds[relation, times]]
+        for edge in range(first, last):
+            knot = _last_knot(knots, edges.lengths[edge])
+            share = (edges.lengths[edge] - knots[knot]) / (knots[knot + 1] - knots[knot])
+            before, after, row = table[knot], table[knot + 1], coefficients[edge]
+            for place in range(0, rank, LANES):
+                for lane in range(LANES):
+                    row[place + lane] = before[place + lane] * (_ONE - share) + after[place + lane] * share
+    return coefficients.reshape(-1)
+
+
+@njit
+def _last_knot(knots: Float32Array, length: float) -> int:
+    """The last knot that is not beyond a length, but for the very last one."""
+    first, count = 0, len(knots) - 1
+    while count > 1:
+        half = count // 2
+        if knots[first + half] <= length:
+            first += half
+        count -= half
+    return first
+
+
+@njit
+def _all_nodes(
+    nodes: Nodes, edges: Edges, layer: Layer, coefficients: Float32Array, hidden: Float32Array, whole: int
+) -> Float32Array:
+    """One layer for all nodes of so many frames, and for the rooms of the next."""
+    num_windows = (len(nodes.starts) - 1) // (NUM_FRAMES * NUM_KINDS)
+    num_sections = min(whole * NUM_KINDS + 1, NUM_FRAMES * NUM_KINDS)
+    out = np.zeros((nodes.starts[num_sections * num_windows], layer.bias.shape[0]), dtype=np.float32)
+    for section in range(num_sections):
+        first, last = nodes.starts[section * num_windows], nodes.starts[(section + 1) * num_windows]
+        time, kind = section // NUM_KINDS, section % NUM_KINDS
+        plain = layer.plain[kind * NUM_PLAIN :] if len(layer.plain) > NUM_PLAIN else layer.plain
+        add_product(hidden[first:last], plain[_SELF], out[first:last])
+        if time > 0:
+            add_product(_chosen(hidden, nodes.newer[first:last]), plain[_TO_OLDER[time - 1]], out[first:last])
+        if time + 1 < NUM_FRAMES:
+            add_product(_chosen(hidden, nodes.older[first:last]), plain[_TO_NEWER[time]], out[first:last])
+    by_edge = coefficients.reshape(len(edges.lengths), layer.tables.shape[2])
+    _add_meeting(edges, layer, by_edge, hidden, out, whole)
+    _add_parting(edges, layer, by_edge, hidden, out, whole)
+    for node in range(len(out)):
+        for column in range(out.shape[1]):
+            out[node, column] = out[node, column] * nodes.shares[node] + layer.bias[column]
+    return out
+
+
+@njit
+def _chosen(hidden: Float32Array, places: IntArray) -> Float32Array:
+    """The rows at some places, zeros where a place is -1; a view where they stand together."""
+    count, first = len(places), places[0] if len(places) > 0 else 0
+    row = 0
+    while row < count and places[row] == first + row and first >= 0:
+        row += 1
+    if row == count:
+        return hidden[first : first + count]
+    rows = np.zeros((count, hidden.shape[1]), dtype=np.float32)
+    for row in range(count):
+        if places[row] >= 0:
+            rows[row] = hidden[places[row]]
+    return rows
+
+
+@njit
+def _add_meeting(
+    edges: Edges, layer: Layer, coefficients: Float32Array, hidden: Float32Array, out: Float32Array, whole: int
+) -> None:
+    """What meets in a node is summed up before it is multiplied."""
+    rank, inputs = coefficients.shape[1], hidden.shape[1]
+    for relation in range(NUM_MEETING):
+        times = min(whole + 1, NUM_FRAMES) if relation < NUM_INTO_ROOM else whole
+        first, last = edges.bounds[relation, 0], edges.bounds[relation, times]
+        heard = np.zeros((last - first, rank * inputs), dtype=np.float32)
+        for group in range(first, last):
+            begin, end = edges.starts[group], edges.starts[group + 1]
+            said = _chosen(hidden, edges.others[begin:end])
+            add_product(coefficients[begin:end].T, said, heard[group - first].reshape(rank, inputs))
+        answers = np.zeros((last - first, out.shape[1]), dtype=np.float32)
+        add_product(heard, layer.meeting[relation], answers)
+        for group in range(first, last):
+            _add(answers[group - first], out[edges.centres[group]])
+
+
+@njit
+def _add_parting(
+    edges: Edges, layer: Layer, coefficients: Float32Array, hidden: Float32Array, out: Float32Array, whole: int
+) -> None:
+    """What parts from a node is multiplied before it is shared out."""
+    rank, outputs = coefficients.shape[1], out.shape[1]
+    for relation in range(NUM_MEETING, NUM_GROUPED):
+        first, last = edges.bounds[relation, 0], edges.bounds[relation, whole]
+        said = np.zeros((last - first, rank * outputs), dtype=np.float32)
+        add_product(_chosen(hidden, edges.centres[first:last]), layer.parting[relation - NUM_MEETING], said)
+        for group in range(first, last):
+            begin, end = edges.starts[group], edges.starts[group + 1]
+            others, answers = edges.others[begin:end], said[group - first].reshape(rank, outputs)
+            if relation < NUM_MEETING + NUM_INTO_ROOM:
+                add_product(coefficients[begin:end], answers, out[others[0] : others[-1] + 1])
+            else:
+                for edge in range(begin, end):
+                    target = edges.others[edge]
+                    add_product(coefficients[edge : edge + 1], answers, out[target : target + 1])
+
+
+@njit
+def _add(values: Float32Array, out: Float32Array) -> None:
+    for i in range(len(out)):
+        out[i] += values[i]
 
 
 @njit
@@ -118,145 +242,6 @@ def _apply_elu(hidden: Float32Array) -> None:
         for _ in range(_DOUBLINGS):
             y = y * (y + _TWO)
         flat[place] = value if value > 0 else y
-
-
-@njit
-def _all_nodes(nodes: Nodes, links: Links, layer: Layer, hidden: Float32Array, count: int) -> Float32Array:
-    """One layer for the first `count` nodes."""
-    out: Float32Array = np.dot(hidden[:count], layer.plain[_SELF])
-    _add_temporal(nodes, layer, hidden, out)
-    _add_to_room(nodes, layer, hidden, out)
-    _add_from_room(nodes, layer, hidden, out)
-    _add_links(links, layer, hidden, out)
-    for node in range(count):
-        for column in range(out.shape[1]):
-            out[node, column] = out[node, column] * nodes.shares[node] + layer.bias[column]
-    return out
-
-
-@njit
-def _add_temporal(nodes: Nodes, layer: Layer, hidden: Float32Array, out: Float32Array) -> None:
-    """Everything to itself in the frames before and after. Of the last frame there may be the room alone."""
-    starts, count = nodes.starts, len(out)
-    for gap in range(len(starts) - 2):
-        newer, older, end = starts[gap], starts[gap + 1], starts[gap + 2]
-        if older < count:
-            stop = older if end <= count else newer + 1
-            said = np.dot(hidden[newer:stop], layer.plain[_TO_OLDER[gap]])
-            for node in range(newer, stop):
-                if 0 <= nodes.older[node] < count:
-                    _add(said[node - newer], out[nodes.older[node]])
-        if newer < count:
-            stop = older if older <= count else newer + 1
-            said = np.dot(hidden[older : end if older <= count else older + 1], layer.plain[_TO_NEWER[gap]])
-            for node in range(newer, stop):
-                if nodes.older[node] >= 0:
-                    _add(said[nodes.older[node] - older], out[node])
-
-
-@njit
-def _add_to_room(nodes: Nodes, layer: Layer, hidden: Float32Array, out: Float32Array) -> None:
-    """Everything to the room: summed before one product."""
-    rank = layer.coefficients.shape[2]
-    heard = np.empty((NUM_ROOM_KINDS * rank, hidden.shape[1]), dtype=np.float32)
-    weights = np.empty(rank, dtype=np.float32)
-    for frame in range(len(nodes.starts) - 1):
-        room = nodes.starts[frame]
-        if room >= len(out):
-            break
-        heard[:] = 0
-        for node in range(room + 1, nodes.starts[frame + 1]):
-            column = _ROOM_COLUMN[nodes.kinds[node]]
-            _read(layer, INTO_ROOM[column], nodes.lengths[node], weights)
-            _spread(weights, hidden[node], heard[column * rank : (column + 1) * rank])
-        _add_product(heard.reshape(-1), layer.into_room, out[room])
-
-
-@njit
-def _add_from_room(nodes: Nodes, layer: Layer, hidden: Float32Array, out: Float32Array) -> None:
-    """The room to everything: one product, then shared out."""
-    rank = layer.coefficients.shape[2]
-    said = np.empty(NUM_ROOM_KINDS * rank * out.shape[1], dtype=np.float32)
-    rows = said.reshape(NUM_ROOM_KINDS * rank, out.shape[1])
-    weights = np.empty(rank, dtype=np.float32)
-    for frame in range(len(nodes.starts) - 1):
-        if nodes.starts[frame + 1] > len(out):
-            break
-        said[:] = 0
-        _add_product(hidden[nodes.starts[frame]], layer.out_of_room, said)
-        for node in range(nodes.starts[frame] + 1, nodes.starts[frame + 1]):
-            column = _ROOM_COLUMN[nodes.kinds[node]]
-            _read(layer, OUT_OF_ROOM[column], nodes.lengths[node], weights)
-            _gather(weights, rows[column * rank : (column + 1) * rank], out[node])
-
-
-@njit
-def _add_links(links: Links, layer: Layer, hidden: Float32Array, out: Float32Array) -> None:
-    """Interactions and people near walls. Centres are few: products are made once for each of them."""
-    rank, inputs, outputs = layer.coefficients.shape[2], hidden.shape[1], out.shape[1]
-    weights = np.empty(rank, dtype=np.float32)
-    heard, said = np.empty((rank, inputs), dtype=np.float32), np.empty((rank, outputs), dtype=np.float32)
-    for group in range(len(links.starts) - 1):
-        first, last = links.starts[group], links.starts[group + 1]
-        if links.targets[first] >= len(out):
-            continue
-        place = _MEASURED_PLACE[links.relations[first]]
-        if links.relations[first] == _WALL_PERSON:
-            heard[:] = 0
-            for link in range(first, last):
-                _read(layer, place, links.lengths[link], weights)
-                _spread(weights, hidden[links.sources[link]], heard)
-            _add_product(heard.reshape(-1), layer.aggregate[place], out[links.targets[first]])
-        else:
-            said[:] = 0
-            _add_product(hidden[links.sources[first]], layer.project[place], said.reshape(-1))
-            for link in range(first, last):
-                _read(layer, place, links.lengths[link], weights)
-                _gather(weights, said, out[links.targets[link]])
-
-
-@njit
-def _add_product(values: Float32Array, matrix: Float32Array, out: Float32Array) -> None:
-    """Add values @ matrix."""
-    for i in range(len(values)):
-        if values[i] != 0:
-            for j in range(len(out)):
-                out[j] += values[i] * matrix[i, j]
-
-
-@njit
-def _add(values: Float32Array, out: Float32Array) -> None:
-    for i in range(len(out)):
-        out[i] += values[i]
-
-
-@njit
-def _spread(weights: Float32Array, values: Float32Array, rows: Float32Array) -> None:
-    """Add the values to every row, times its weight. Tabulated networks have two weights that are not 0."""
-    for k in range(len(weights)):
-        if weights[k] != 0:
-            for i in range(len(values)):
-                rows[k, i] += weights[k] * values[i]
-
-
-@njit
-def _gather(weights: Float32Array, rows: Float32Array, values: Float32Array) -> None:
-    """Add every row to the values, times its weight."""
-    for k in range(len(weights)):
-        if weights[k] != 0:
-            for i in range(len(values)):
-                values[i] += weights[k] * rows[k, i]
-
-
-@njit
-def _read(layer: Layer, place: int, length: float, weights: Float32Array) -> None:
-    """The coefficients of a relation at a length, linear between and beyond the sampled lengths."""
-    position = length / layer.steps[place]
-    table = layer.coefficients[place]
-    row = min(int(position), len(table) - 2)
-    share = np.float32(position - row)
-    for k in range(len(weights)):
-        weights[k] = table[row, k] * (np.float32(1) - share) + table[row + 1, k] * share
 
 
 assert len(PLAIN) == 2 * NUM_FRAMES - 1

@@ -6,6 +6,7 @@ the length, and `operators` returns those curves in the factorised form that `re
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final, Protocol
@@ -40,21 +41,21 @@ class LayerOperators:
 
     plain: (5, in, out) one matrix for each of `PLAIN`
     basis: (13, rank, in, out) for each of `MEASURED`
-    coefficients: (13, num_lengths, rank) at lengths step apart from 0; the matrix of a relation at length d is
-        sum_k c_k(d) basis_k with c interpolated linearly (and extrapolated beyond the last length)
-    steps: (13,) [dam or m, as the relation's lengths are]
+    knots: (13, num_knots) [dam or m, as the relation's lengths are] ascending from 0
+    coefficients: (13, num_knots, rank) at the knots; the matrix of a relation at length d is sum_k c_k(d) basis_k
+        with c linear between its knots (and beyond the last one)
     bias: (out,)
     """
 
     plain: Tensor
     basis: Tensor
+    knots: Tensor
     coefficients: Tensor
-    steps: Tensor
     bias: Tensor
 
     def to(self, device: torch.device | str) -> LayerOperators:
         """The same operators on another device."""
-        parts = (self.plain, self.basis, self.coefficients, self.steps, self.bias)
+        parts = (self.plain, self.basis, self.knots, self.coefficients, self.bias)
         return LayerOperators(*(part.to(device) for part in parts))
 
 
@@ -76,9 +77,8 @@ class PerceptronEdgeNetwork(nn.Sequential):
     Hidden sizes follow the published code: two thirds and one third of the way between input and output.
     """
 
-    # What `operators` keeps of the curves. On the published weights scores then move by less than 3e-5.
-    RANK: Final = 32  # singular directions
-    COARSE: Final = 4  # every so many of the sampled lengths, the directions are sought in
+    RANK: Final = 32  # singular directions that `operators` keeps of a curve
+    NUM_LENGTHS: Final = 257  # at which they are sought
 
     def __init__(self, in_features: int, out_features: int) -> None:
         self.in_features, self.out_features = in_features, out_features
@@ -95,19 +95,38 @@ class PerceptronEdgeNetwork(nn.Sequential):
 
     @torch.no_grad()
     def operators(self, bias: Tensor) -> LayerOperators:
-        """Sample each relation's curve and keep its leading singular directions (SVD over the length)."""
+        """Follow each relation's curve from bend to bend and keep its leading singular directions, by an SVD."""
         shape = (-1, self.in_features, self.out_features)
         plain = self(_edge_features(PLAIN, torch.zeros(1))).reshape(shape)
         rank = min(self.RANK, self.in_features * self.out_features)
+        knots = _padded([self._bends(relation) for relation in MEASURED])
         bases, coefficients = [], []
-        for relation in MEASURED:
-            lengths = torch.linspace(0, _reach(relation), _NUM_LENGTHS)
-            curve = self(_edge_features((relation,), lengths))
-            directions = torch.linalg.svd(curve[:: self.COARSE], full_matrices=False).Vh[:rank]
+        for relation, lengths in zip(MEASURED, knots, strict=True):
+            curve = self(_edge_features((relation,), torch.linspace(0, _reach(relation), self.NUM_LENGTHS)))
+            directions = torch.linalg.svd(curve, full_matrices=False).Vh[:rank]
             bases.append(directions.reshape(shape))
-            coefficients.append(curve @ directions.T)
-        steps = torch.tensor([_reach(relation) / (_NUM_LENGTHS - 1) for relation in MEASURED])
-        return LayerOperators(plain, torch.stack(bases), torch.stack(coefficients), steps, bias.detach())
+            coefficients.append(self(_edge_features((relation,), lengths)) @ directions.T)
+        return LayerOperators(plain, torch.stack(bases), knots, torch.stack(coefficients), bias.detach())
+
+    def _bends(self, relation: Relation) -> Tensor:
+        """(n,) the lengths between 0 and the relation's reach at which its curve bends, and these two ends.
+
+        The network is linear in the length but where one of its hidden units comes in or goes out.
+        """
+        reach = _reach(relation)
+        first, second, _ = (copy.deepcopy(layer).double() for layer in self if isinstance(layer, nn.Linear))
+        at_zero = first(_edge_features((relation,), torch.zeros(1)).double())[0]
+        bends = -at_zero / first.weight[:, LENGTH_FEATURE]
+        ends = torch.tensor([0.0, reach], dtype=torch.float64)
+        lengths = torch.cat([ends, bends[(bends > 0) & (bends < reach)]]).sort().values
+        units = second(torch.relu(first(_edge_features((relation,), lengths).double())))
+        before, after = units[:-1], units[1:]
+        place, unit = torch.nonzero((before > 0) != (after > 0), as_tuple=True)
+        share = before[place, unit] / (before[place, unit] - after[place, unit])
+        more = torch.lerp(lengths[place], lengths[place + 1], share)
+        lengths = torch.cat([lengths, more]).sort().values
+        apart = torch.cat([torch.ones(1, dtype=torch.bool), lengths.diff() > _CLOSEST * reach])
+        return lengths[apart]
 
 
 class TabulatedEdgeNetwork(nn.Module):
@@ -130,20 +149,20 @@ class TabulatedEdgeNetwork(nn.Module):
         shape = (in_features, out_features)
         self.plain = nn.Parameter(scale * torch.randn(len(PLAIN), *shape))
         self.tables = nn.Parameter(scale * torch.randn(len(MEASURED), 1, *shape).repeat(1, len(self.KNOTS), 1, 1))
-        coefficients = _hat_functions(torch.tensor(self.KNOTS))
-        self.register_buffer("coefficients", coefficients.expand(len(MEASURED), -1, -1), persistent=False)
-        steps = torch.full((len(MEASURED),), _KNOT_STEP)
-        steps[[MEASURED.index(relation) for relation in IN_METRES]] *= self.WALL_SCALE
-        self.register_buffer("steps", steps, persistent=False)
+        knots = torch.tensor(self.KNOTS).repeat(len(MEASURED), 1)
+        knots[[MEASURED.index(relation) for relation in IN_METRES]] *= self.WALL_SCALE
+        self.register_buffer("knots", knots, persistent=False)
+        coefficients = torch.eye(len(self.KNOTS)).repeat(len(MEASURED), 1, 1)
+        self.register_buffer("coefficients", coefficients, persistent=False)
         gains = torch.tensor([self.GAINS.get(relation, 1.0) for relation in MEASURED])
         self.register_buffer("gains", gains.view(-1, 1, 1, 1), persistent=False)
         self.gains: Tensor
+        self.knots: Tensor
         self.coefficients: Tensor
-        self.steps: Tensor
 
     def operators(self, bias: Tensor) -> LayerOperators:
         """The parameters themselves, so that gradients reach them."""
-        return LayerOperators(self.plain, self.gains * self.tables, self.coefficients, self.steps, bias)
+        return LayerOperators(self.plain, self.gains * self.tables, self.knots, self.coefficients, bias)
 
     def forward(self, edge_features: Tensor) -> Tensor:
         """(num_edges, 18) -> (num_edges, in * out): the tables read edge by edge."""
@@ -156,7 +175,7 @@ class TabulatedEdgeNetwork(nn.Module):
         for index, relation in enumerate(MEASURED):
             chosen = relations == relation
             lengths = edge_features[chosen, LENGTH_FEATURE]
-            weights = interpolate(self.coefficients[index], lengths / self.steps[index])
+            weights = interpolate(self.knots[index], self.coefficients[index], lengths)
             matrices[chosen] = weights @ (self.gains[index] * self.tables[index]).flatten(1)
         return matrices
 
@@ -166,38 +185,32 @@ EDGE_NETWORKS: Final[dict[str, type[PerceptronEdgeNetwork] | type[TabulatedEdgeN
     "tabulated": TabulatedEdgeNetwork,
 }
 
-_KNOT_STEP = 0.05  # dam, every knot is a multiple of it
-_NUM_LENGTHS = 1025  # where a perceptron's curves are sampled
+_CLOSEST = 1e-5  # shares of a relation's reach: of two bends closer together one is kept
 
 
 def _reach(relation: Relation) -> float:
-    """Return the longest length at which a relation's curve is sampled; beyond it, it goes on straight."""
+    """Return the longest length for which a relation's curve is followed from bend to bend."""
     if relation in IN_METRES:
         return 1.5  # m, no person-wall edge is longer
     room_edge = relation in TO_ROOM or relation in FROM_ROOM
     return 2.0 if room_edge else 0.8  # dam
 
 
-def interpolate(table: Tensor, places: Tensor) -> Tensor:
-    """Read a table at fractional rows, linearly, and linearly on beyond its ends.
+def interpolate(knots: Tensor, table: Tensor, lengths: Tensor) -> Tensor:
+    """Read a table at any lengths: linear between its knots and on beyond its ends.
 
-    table: (num_rows, width); places: (n,) in rows. Returns (n, width).
+    knots: (num_knots,) ascending; table: (num_knots, width); lengths: of any shape. Returns (*shape, width).
     """
-    row = places.detach().floor().clamp(0, len(table) - 2).long()
-    share = (places - row).unsqueeze(1)
+    row = (torch.searchsorted(knots, lengths.detach(), right=True) - 1).clamp(0, len(knots) - 2)
+    share = ((lengths - knots[row]) / (knots[row + 1] - knots[row])).unsqueeze(-1)
     return table[row] * (1 - share) + table[row + 1] * share
 
 
-def _hat_functions(knots: Tensor) -> Tensor:
-    """(num_lengths, num_knots) the piecewise-linear functions that are 1 at one knot and 0 at the others."""
-    lengths = torch.arange(round(float(knots[-1]) / _KNOT_STEP) + 1) * _KNOT_STEP
-    right = torch.searchsorted(knots, lengths - 1e-6).clamp(1, len(knots) - 1)
-    share = (lengths - knots[right - 1]) / (knots[right] - knots[right - 1])
-    hats = torch.zeros(len(lengths), len(knots))
-    rows = torch.arange(len(lengths))
-    hats[rows, right - 1] = 1 - share
-    hats[rows, right] = share
-    return hats
+def _padded(knots: list[Tensor]) -> Tensor:
+    """(num_relations, num_knots) float32: those that have fewer go on, evenly, up to twice their reach."""
+    longest = max(map(len, knots))
+    rows = [torch.cat([row, torch.linspace(1, 2, longest - len(row) + 1)[1:] * row[-1]]) for row in knots]
+    return torch.stack(rows).float()
 
 
 def _edge_features(relations: tuple[Relation, ...], lengths: Tensor) -> Tensor:

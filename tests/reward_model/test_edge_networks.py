@@ -24,7 +24,7 @@ def from_operators(operators, relation: Relation, length: float) -> torch.Tensor
     if relation in PLAIN:
         return operators.plain[PLAIN.index(relation)]
     index = MEASURED.index(relation)
-    weights = interpolate(operators.coefficients[index], torch.tensor([length]) / operators.steps[index])[0]
+    weights = interpolate(operators.knots[index], operators.coefficients[index], torch.tensor([length]))[0]
     return torch.einsum("k,kio->io", weights, operators.basis[index])
 
 
@@ -87,9 +87,33 @@ def test_the_few_speak_up_to_the_room():
 
 
 def test_interpolation_goes_straight_on_beyond_the_table():
-    table = torch.tensor([[0.0, 5.0], [2.0, 5.0], [8.0, 7.0]])
-    values = interpolate(table, torch.tensor([0.0, 0.5, 1.0, 1.25, 2.0, 3.0]))
-    np.testing.assert_allclose(values, [[0, 5], [1, 5], [2, 5], [3.5, 5.5], [8, 7], [14, 9]], atol=1e-6)
+    knots, table = torch.tensor([0.0, 0.5, 2.0]), torch.tensor([[0.0, 5.0], [2.0, 5.0], [8.0, 7.0]])
+    values = interpolate(knots, table, torch.tensor([[0.0, 0.25, 0.5], [0.875, 2.0, 3.5]]))
+    np.testing.assert_allclose(values[0], [[0, 5], [1, 5], [2, 5]], atol=1e-6)
+    np.testing.assert_allclose(values[1], [[3.5, 5.5], [8, 7], [14, 9]], atol=1e-6)
+
+
+def test_perceptrons_are_followed_from_bend_to_bend():
+    network = PerceptronEdgeNetwork(1, 2)
+    for parameter in network.parameters():
+        torch.nn.init.zeros_(parameter)
+    first, second, last = network[0], network[2], network[4]
+    with torch.no_grad():
+        first.weight[0, LENGTH_FEATURE], first.bias[0] = 1, -0.25  # comes in at 0.25
+        first.weight[1, LENGTH_FEATURE], first.bias[1] = -2, 1  # goes out at 0.5
+        first.weight[1, Relation.ROOM_WALL] = 2  # but at 1.5 here
+        second.weight[0, 0], second.bias[0] = 4, -3  # comes in at 1
+        second.weight[1, 1] = 1
+        last.weight[0, 0], last.weight[1, 1] = 1, 3
+    operators = network.operators(torch.zeros(2))
+    knots = {relation: operators.knots[MEASURED.index(relation)].tolist() for relation in MEASURED}
+    assert knots[Relation.WALL_ROOM] == pytest.approx([0, 0.25, 0.5, 1, 2])
+    assert knots[Relation.ROOM_WALL] == pytest.approx([0, 0.25, 1, 1.5, 2])
+    assert knots[Relation.PERSON_WALL] == pytest.approx([0, 0.25, 0.5, 1, 1.5])
+    assert knots[Relation.PERSON_PERSON] == pytest.approx([0, 0.25, 0.5, 0.8, 1.6])  # on beyond its reach
+    for length in (0.1, 0.3, 0.7, 1.9, 2.5):
+        matrix = from_operators(operators, Relation.WALL_ROOM, length).flatten().tolist()
+        assert matrix == pytest.approx([max(0, 4 * (length - 0.25) - 3), 3 * max(0, 1 - 2 * length)], abs=1e-5)
 
 
 def test_gradients_reach_the_tables():

@@ -1,0 +1,119 @@
+"""Small matrix products at the speed of a processor's vector units, for compiled code.
+
+numba leaves a product of three loops scalar, or fetches every sum from memory at each step; BLAS is fast, but has
+threads of its own and sums in an order that depends on how many rows there are. Here a tile of the result stays in
+registers while one loop runs over what is summed. Every element is summed in that order and rounded at every step,
+so it depends on its row and its column alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Final, cast
+
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.extending import intrinsic
+
+from reward_model.graph import Float32Array
+from reward_model.jit import njit
+
+LANES: Final = 8  # numbers in a vector: the widths of matrices are multiples of it
+
+_BYTE: Final = ir.IntType(8)
+_OFFSET: Final = ir.IntType(64)
+_NUMBER: Final = ir.FloatType()
+_VECTOR: Final = ir.VectorType(_NUMBER, LANES)
+_NUMBER_SIZE: Final = 4  # bytes, and how vectors are aligned
+_COPIES: Final = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
+
+
+@njit
+def add_product(left: Float32Array, right: Float32Array, out: Float32Array) -> None:
+    """Add left @ right to `out`; the widths of `right` and `out` are the same multiple of `LANES`.
+
+    left: (rows, inner), in any memory layout; right: (inner, columns) and out: (rows, columns), rows contiguous
+    """
+    rows, columns = out.shape
+    for column in range(0, columns - LANES, 2 * LANES):
+        row = 0
+        while row + 4 <= rows:
+            _tile_4_2(left, right, out, row, column)
+            row += 4
+        if row + 3 == rows:
+            _tile_3_2(left, right, out, row, column)
+        elif row + 2 == rows:
+            _tile_2_2(left, right, out, row, column)
+        elif row + 1 == rows:
+            _tile_1_2(left, right, out, row, column)
+    if columns % (2 * LANES) != 0:
+        row = 0
+        while row + 8 <= rows:
+            _tile_8_1(left, right, out, row, columns - LANES)
+            row += 8
+        while row + 2 <= rows:
+            _tile_2_1(left, right, out, row, columns - LANES)
+            row += 2
+        if row < rows:
+            _tile_1_1(left, right, out, row, columns - LANES)
+
+
+def _tile(rows: int, vectors: int) -> Callable[[Float32Array, Float32Array, Float32Array, int, int], None]:
+    """A function of compiled code: a product's part of so many rows and vectors from a row and a column on."""
+
+    @intrinsic
+    def tile(_: Any, left: Any, right: Any, out: Any, row: Any, column: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            arrays = [
+                context.make_array(kind)(context, builder, array)
+                for kind, array in zip(signature.args[:3], arguments[:3], strict=True)
+            ]
+            _add_tile(builder, [_Matrix(builder, array) for array in arrays], arguments[3:], (rows, vectors))
+            return context.get_dummy_value()
+
+        return types.void(left, right, out, row, column), generate
+
+    return cast(Callable[[Float32Array, Float32Array, Float32Array, int, int], None], tile)
+
+
+class _Matrix:
+    """A numba array of two dimensions in code that is being written."""
+
+    def __init__(self, builder: Any, array: Any) -> None:
+        self._builder = builder
+        self._start = builder.bitcast(array.data, _BYTE.as_pointer())
+        self._strides = [builder.extract_value(array.strides, axis) for axis in range(2)]
+        self.shape = [builder.extract_value(array.shape, axis) for axis in range(2)]
+
+    def place(self, row: Any, column: Any, kind: Any) -> Any:
+        """The address of an element, as that of a number or of a vector."""
+        multiply, add = self._builder.mul, self._builder.add
+        offset = add(multiply(row, self._strides[0]), multiply(column, self._strides[1]))
+        return self._builder.bitcast(self._builder.gep(self._start, [offset]), kind.as_pointer())
+
+
+def _add_tile(builder: Any, matrices: list[_Matrix], corner: Any, size: tuple[int, int]) -> None:
+    left, right, out = matrices
+    rows = [builder.add(corner[0], _OFFSET(row)) for row in range(size[0])]
+    columns = [builder.add(corner[1], _OFFSET(LANES * vector)) for vector in range(size[1])]
+    places = [[out.place(row, column, _VECTOR) for column in columns] for row in rows]
+    with builder.goto_entry_block():
+        sums = [[builder.alloca(_VECTOR) for _ in columns] for _ in rows]
+    for row_places, row_sums in zip(places, sums, strict=True):
+        for place, one_sum in zip(row_places, row_sums, strict=True):
+            builder.store(builder.load(place, align=_NUMBER_SIZE), one_sum)
+    with cgutils.for_range(builder, left.shape[1]) as loop:
+        factors = [builder.load(right.place(loop.index, column, _VECTOR), align=_NUMBER_SIZE) for column in columns]
+        for row, row_sums in zip(rows, sums, strict=True):
+            number = builder.load(left.place(row, loop.index, _NUMBER))
+            vector = builder.insert_element(ir.Constant(_VECTOR, ir.Undefined), number, ir.IntType(32)(0))
+            vector = builder.shuffle_vector(vector, ir.Constant(_VECTOR, ir.Undefined), _COPIES)
+            for one_sum, factor in zip(row_sums, factors, strict=True):
+                builder.store(builder.fadd(builder.load(one_sum), builder.fmul(vector, factor)), one_sum)
+    for row_places, row_sums in zip(places, sums, strict=True):
+        for place, one_sum in zip(row_places, row_sums, strict=True):
+            builder.store(builder.load(one_sum), place, align=_NUMBER_SIZE)
+
+
+_tile_4_2, _tile_3_2, _tile_2_2, _tile_1_2 = _tile(4, 2), _tile(3, 2), _tile(2, 2), _tile(1, 2)
+_tile_8_1, _tile_2_1, _tile_1_1 = _tile(8, 1), _tile(2, 1), _tile(1, 1)

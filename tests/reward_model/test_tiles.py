@@ -1,0 +1,55 @@
+import numpy as np
+import pytest
+
+from reward_model.tiles import LANES, add_product
+
+
+def whole_numbers(rng: np.random.Generator, *shape: int) -> np.ndarray:
+    """Products and sums of small whole numbers are exact in any order."""
+    return rng.integers(-9, 10, shape).astype(np.float32)
+
+
+@pytest.mark.parametrize("columns", [LANES, 2 * LANES, 3 * LANES, 8 * LANES])
+def test_products_are_added(columns):
+    rng = np.random.default_rng(columns)
+    for rows in range(20):
+        left, right, out = (whole_numbers(rng, *shape) for shape in ((rows, 5), (5, columns), (rows, columns)))
+        expected = out + left @ right
+        add_product(left, right, out)
+        np.testing.assert_array_equal(out, expected)
+
+
+def test_the_left_may_be_turned_and_the_right_wider():
+    rng = np.random.default_rng(0)
+    left, right, out = whole_numbers(rng, 7, 3).T, whole_numbers(rng, 7, 24), np.zeros((3, 16), dtype=np.float32)
+    expected = left @ right[:, :16]
+    add_product(left, right, out)
+    np.testing.assert_array_equal(out, expected)
+
+
+def test_parts_of_arrays_leave_the_rest_alone():
+    left, right, out = np.ones((2, 1), np.float32), np.full((1, 8), 3, np.float32), np.zeros((5, 8), np.float32)
+    add_product(left, right, out[1:3])
+    assert out[:, 0].tolist() == out[:, 7].tolist() == [0, 3, 3, 0, 0]
+
+
+def test_nothing_to_sum_or_to_add_to():
+    out = np.full((2, 8), 7, np.float32)
+    add_product(np.zeros((2, 0), np.float32), np.zeros((0, 8), np.float32), out)
+    add_product(np.zeros((0, 2), np.float32), np.ones((2, 8), np.float32), out[:0])
+    assert (out == 7).all()
+
+
+def test_a_row_is_the_same_to_the_last_bit_among_others_and_alone():
+    rng = np.random.default_rng(1)
+    left, right = (rng.normal(size=shape).astype(np.float32) for shape in ((23, 100), (100, 40)))
+    together = np.zeros((23, 40), np.float32)
+    add_product(left, right, together)
+    for row in range(23):
+        alone = np.zeros((1, 40), np.float32)
+        add_product(left[row : row + 1], right, alone)
+        assert alone.tobytes() == together[row].tobytes()
+    in_order = np.zeros(40, np.float32)
+    for index in range(100):
+        in_order += left[0, index] * right[index]
+    assert in_order.tobytes() == together[0].tobytes()
