@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Self
 
 from socnav_env.checks import ConfigError, FloatRange, check_choice, check_number, check_range
 
@@ -103,6 +104,21 @@ class PeopleConfig:
     patience: float = 2.0
     group: GroupConfig = field(default_factory=GroupConfig)
     orca: OrcaConfig = field(default_factory=OrcaConfig)
+
+    @classmethod
+    def pedestrians(cls) -> Self:
+        """People in the street instead of in SocNav2's rooms: fitted to real ones, see docs/people.md."""
+        return cls(
+            speed=1.4,
+            speed_deviation=0.4,
+            speed_limits=(0.5, 2.0),
+            relaxation_time=0.4,
+            max_turn_rate=1.6,
+            avoidance=5.4,
+            avoidance_range=0.11,
+            velocity_weight=3.7,
+            unseen_weight=0.96,
+        )
 
     def __post_init__(self) -> None:
         check_choice("people.model", self.model, WALKING_MODELS)
