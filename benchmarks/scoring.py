@@ -1,7 +1,11 @@
 """Milliseconds to score one window, by network and by form: `python -m benchmarks.scoring`.
 
-One thread, windows of genuine recordings; the forms take turns, so that a machine that slows down slows all of them
-down. Figures are medians over the runs, with the fastest and the slowest. Making the graphs is timed on its own.
+Windows of genuine recordings on one thread, and batches on `--threads` as well; the forms take turns, so that a
+machine that slows down slows all of them down. Figures are medians over the runs, with the fastest and the slowest.
+Making the graphs is timed on its own.
+
+Where DGL is installed, the two forms' scores are compared as well, on the windows of all recordings at every moment
+and on generated ones: the largest difference, and what 99 in 100 windows stay below.
 """
 
 from __future__ import annotations
@@ -16,24 +20,31 @@ from pathlib import Path
 from statistics import median
 from typing import NamedTuple
 
+import numpy as np
 import torch
 import tyro
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from reward_model.checkpoint import Checkpoint, CheckpointError, NetworkConfig
+from reward_model.checkpoint import Checkpoint, CheckpointError, NetworkConfig, load_checkpoint
 from reward_model.files import replace_file
-from reward_model.graph import FrameGraph, frame_graph, sequence_frames, wall_segments
+from reward_model.graph import Float32Array, FrameGraph, frame_graph, sequence_frames, wall_segments
+from reward_model.networks import network_on_dgl
 from reward_model.published import SIZES, STATE_FILE
 from reward_model.scenario import Sequence
-from reward_model.scorer import SocialScorer, load_scorer
+from reward_model.scorer import SocialScorer, load_scorer, weights_path
 from reward_model.socnav2_json import read_socnav2
+from socnav_env.generate import generate_windows
 
 BATCH = 64
 DATA = Path(os.environ.get("SOCNAV_DATA") or Path(__file__).parents[2] / "shared" / "data")
 
+ALONE = "compiled, one by one"  # what others are compared with
+AS_PUBLISHED = "DGL, as published"
+
 Windows = list[list[FrameGraph]]
+Score = Callable[[Windows], Float32Array]
 
 
 @dataclass(frozen=True)
@@ -44,6 +55,8 @@ class Options:
     wheel: of socnavgym 0.1.1, to measure its network with its denormal numbers as well (a second a window on
         processors that are slow with those)
     runs: of each form
+    threads: that batches may use, where it is measured beside one
+    generated: windows to compare the forms on, beside those of the recordings
     quick: one run, to see that it works and not how fast it is
     output: a JSON file for the figures
     """
@@ -51,6 +64,8 @@ class Options:
     data: Path = DATA
     wheel: Path | None = None
     runs: int = 15
+    threads: int = 2
+    generated: int = 1000
     quick: bool = False
     output: Path | None = None
 
@@ -74,7 +89,12 @@ def main() -> None:
     if not sequences:
         raise SystemExit(f"{options.data}: must hold recordings in socnav2_samples; --data names another folder")
     windows = genuine_windows(sequences)
-    forms = [graph_making(sequences), *network_forms("default"), *published_forms(console, options.wheel)]
+    published = published_is_there(console)
+    forms = [graph_making(sequences), *network_forms("default", options.threads)]
+    if published:
+        forms += network_forms("published", options.threads)
+    if options.wheel is not None:
+        forms.append(Form("published", AS_PUBLISHED, published_as_it_is(options.wheel).score_windows, 1, 2))
     times: dict[tuple[str, str], list[float]] = {(form.network, form.name): [] for form in forms}
     for form in forms:
         milliseconds(form, windows[: form.num_windows])
@@ -83,9 +103,16 @@ def main() -> None:
         for form in forms:
             times[form.network, form.name].append(milliseconds(form, windows[: form.num_timed]))
     console.print(_table(times, runs))
+    compared = windows[:2] if options.quick else every_window(sequences)
+    compared += generate_windows(2 if options.quick else options.generated, seed=0)
+    networks = ["default", "published"] if published else ["default"]
+    apart = {name: differences(name, compared) for name in networks if has_dgl(name)}
+    for name, (largest, nearly) in apart.items():
+        console.print(f"{name}: {largest:.1e} from DGL at most, 99 % of {len(compared)} windows below {nearly:.1e}")
     if options.output is not None:
         rows = [{"network": network, "form": form, "ms": each} for (network, form), each in times.items()]
-        replace_file(options.output, (json.dumps(rows, indent=2) + "\n").encode())
+        document = {"times": rows, "differences": apart}
+        replace_file(options.output, (json.dumps(document, indent=2) + "\n").encode())
 
 
 def genuine_windows(sequences: list[Sequence]) -> Windows:
@@ -111,30 +138,57 @@ def graph_making(sequences: list[Sequence]) -> Form:
     return Form("any", "one frame's graph", make, BATCH, BATCH)
 
 
-def network_forms(weights: str) -> list[Form]:
+def network_forms(weights: str, threads: int) -> list[Form]:
     """The forms in which everyone can run a network; DGL's where it is installed."""
     compiled = load_scorer(weights).score_windows
     forms = [
-        Form(weights, "compiled, one by one", compiled, 1, BATCH),
+        Form(weights, ALONE, compiled, 1, BATCH),
         Form(weights, f"compiled, {BATCH} at once", compiled, BATCH, BATCH),
     ]
-    try:
+    if threads > 1:
+        forms.append(Form(weights, f"the same, {threads} threads", on_threads(compiled, threads), BATCH, BATCH))
+    if has_dgl(weights):
         on_dgl = load_scorer(weights, form="dgl").score_windows
-    except CheckpointError:
-        return forms
-    return [*forms, Form(weights, "DGL, denormals flushed", flushing_denormals(on_dgl), 1, 6)]
+        forms.append(Form(weights, "DGL, denormals flushed", flushing_denormals(on_dgl), 1, 6))
+    return forms
 
 
-def published_forms(console: Console, wheel: Path | None) -> list[Form]:
-    """The published network, where it was imported, and as it was published, where its wheel is given."""
+def published_is_there(console: Console) -> bool:
+    """Whether the published network was imported; says so where it was not."""
     try:
-        forms = network_forms("published")
+        weights_path("published")
     except CheckpointError as error:
         console.print(f"without the published network: {error}")
-        return []
-    if wheel is not None:
-        forms.append(Form("published", "DGL, as published", published_as_it_is(wheel).score_windows, 1, 2))
-    return forms
+        return False
+    return True
+
+
+def has_dgl(weights: str) -> bool:
+    """Whether a network can run on DGL here."""
+    try:
+        network_on_dgl(load_checkpoint(weights_path(weights)).config)
+    except CheckpointError:
+        return False
+    return True
+
+
+def every_window(sequences: list[Sequence]) -> Windows:
+    """What each recording is judged by at each of its snapshots, as if it ended there."""
+    return [
+        sequence_frames(Sequence(sequence.snapshots[:length], sequence.name))
+        for sequence in sequences
+        for length in range(1, len(sequence) + 1)
+    ]
+
+
+def differences(weights: str, windows: Windows) -> tuple[float, float]:
+    """The largest difference between a network's two forms, and what 99 in 100 windows stay below."""
+    compiled = load_scorer(weights).score_windows(windows)
+    on_dgl = flushing_denormals(load_scorer(weights, form="dgl").score_windows)
+    places = track(range(len(windows)), f"comparing {weights}", console=Console(stderr=True), transient=True)
+    expected = np.concatenate([on_dgl([windows[place]]) for place in places])
+    apart = np.abs(compiled - expected).max(axis=1)
+    return float(apart.max()), float(np.percentile(apart, 99))
 
 
 def published_as_it_is(wheel: Path) -> SocialScorer:
@@ -153,10 +207,23 @@ def published_as_it_is(wheel: Path) -> SocialScorer:
     return SocialScorer(Checkpoint(NetworkConfig("mpnn", SIZES, "perceptron"), tensors), "as published", "dgl")
 
 
-def flushing_denormals(score: Callable[[Windows], object]) -> Callable[[Windows], object]:
+def on_threads(score: Score, threads: int) -> Score:
+    """Score on so many threads."""
+
+    def threaded(windows: Windows) -> Float32Array:
+        torch.set_num_threads(threads)
+        try:
+            return score(windows)
+        finally:
+            torch.set_num_threads(1)
+
+    return threaded
+
+
+def flushing_denormals(score: Score) -> Score:
     """Score with denormal numbers taken for zero in this thread, as if they were not in the weights."""
 
-    def flushed(windows: Windows) -> object:
+    def flushed(windows: Windows) -> Float32Array:
         torch.set_flush_denormal(True)
         try:
             return score(windows)
@@ -175,12 +242,12 @@ def milliseconds(form: Form, windows: Windows) -> float:
 
 
 def _table(times: dict[tuple[str, str], list[float]], runs: int) -> Table:
-    table = Table(title=f"Milliseconds a window, one thread, {runs} runs")
+    table = Table(title=f"Milliseconds a window, {runs} runs")
     for heading in ("network", "form", "median", "fastest", "slowest", "times the compiled"):
         table.add_column(heading, justify="left" if heading in ("network", "form") else "right")
     for (network, form), values in times.items():
         figures = [f"{value:.3f}" for value in (median(values), min(values), max(values))]
-        single = times.get((network, "compiled, one by one"))
+        single = times.get((network, ALONE))
         ratio = f"{median(values) / median(single):.2f} x" if single else ""
         table.add_row(network, form, *figures, ratio)
     return table

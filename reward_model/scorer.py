@@ -16,6 +16,7 @@ from reward_model.compiled import EdgelessMPNN, propagate
 from reward_model.fused import FusedMPNN
 from reward_model.graph import NUM_FRAMES, Float32Array, FrameGraph, sequence_frames
 from reward_model.networks import network_on_dgl, torch_device
+from reward_model.operators_file import OPERATORS_FILE, kept_operators
 from reward_model.scenario import Scores, Sequence
 from reward_model.windows import pack_windows
 
@@ -38,18 +39,28 @@ class SocialScorer:
     form: `compiled` (fast, needs no DGL, of an MPNN only), `dgl` (the network as it is defined), or `auto`, the
         compiled form where the network has one and else DGL's
     device: where the network runs, as PyTorch names it; compiled networks are fastest for single windows on `cpu`
+    operators_file: where the compiled form keeps what it computes from the weights, to be there at once the next time
     Raises `CheckpointError` where the weights do not fit the network they claim to be, it has no compiled form or
     DGL is not there, and `ValueError` for another form or a device that is not there.
     """
 
-    def __init__(self, checkpoint: Checkpoint, name: str, form: Form = "auto", device: str = "cpu") -> None:
+    def __init__(
+        self,
+        checkpoint: Checkpoint,
+        name: str,
+        form: Form = "auto",
+        device: str = "cpu",
+        operators_file: Path | None = None,
+    ) -> None:
         if form not in FORMS:
             raise ValueError(f"form must be one of {list(FORMS)}, got {form!r}")
         self.name = name
         place = torch_device(device)
         if form == "auto":
             form = "compiled" if checkpoint.config.kind == COMPILED_KIND else "dgl"
-        self._network: _Network = _Compiled(checkpoint, place) if form == "compiled" else _OnDGL(checkpoint, place)
+        self._network: _Network = (
+            _Compiled(checkpoint, place, operators_file) if form == "compiled" else _OnDGL(checkpoint, place)
+        )
 
     def score(self, sequence: Sequence) -> Scores:
         """Score the last second of one sequence."""
@@ -76,7 +87,7 @@ class SocialScorer:
 class _Compiled:
     """Windows through compiled code of our own on the CPU, or padded together through PyTorch wherever else."""
 
-    def __init__(self, checkpoint: Checkpoint, device: torch.device) -> None:
+    def __init__(self, checkpoint: Checkpoint, device: torch.device, operators_file: Path | None) -> None:
         if checkpoint.config.kind != COMPILED_KIND:
             raise CheckpointError(
                 f"the compiled form exists for {COMPILED_KIND} only, got {checkpoint.config.kind}; "
@@ -85,7 +96,11 @@ class _Compiled:
         network = EdgelessMPNN(checkpoint.config.sizes, checkpoint.config.edge_network)
         _load_state(network, checkpoint)
         with torch.no_grad():
-            layers = network.operators()
+            layers = (
+                network.operators()
+                if operators_file is None
+                else kept_operators(operators_file, checkpoint.tensors, network.operators)
+            )
         self._fused = FusedMPNN(layers) if device.type == "cpu" else None
         self._layers = [layer.to(device) for layer in layers]
         self._device = device
@@ -127,8 +142,9 @@ def load_scorer(weights: str | Path = "default", form: Form = "auto", device: st
     """
     path = weights_path(weights)
     checkpoint = load_checkpoint(path)
+    operators_file = path / OPERATORS_FILE if weights == "published" else None  # other folders are not ours to write to
     try:
-        return SocialScorer(checkpoint, str(weights), form, device)
+        return SocialScorer(checkpoint, str(weights), form, device, operators_file)
     except CheckpointError as error:
         raise CheckpointError(f"{path}: {error}") from None
 
