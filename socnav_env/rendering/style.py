@@ -41,6 +41,6 @@ OUTCOME_WORDS = {
     "collision_object": "touched an object",
     "collision_wall": "touched a wall",
 }
-RING: Color = (226, 120, 150)
+RING: Color = (122, 62, 110)
 HEAT_OPACITY = 165  # of 255
 RINGS = (0.45, 1.2)  # m around a person's centre: intimate and personal space (Hall 1966)
