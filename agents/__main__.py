@@ -34,6 +34,8 @@ class Evaluate:
     """Weights of the learned reward."""
     env_config: Path | None = None
     """JSON file with the environment's configuration, where it differs from the default."""
+    scenario: str | None = None
+    """Where episodes begin: a scenario's name or file; without one in rooms drawn at random."""
     jobs: int = 2
     """Processes that share the episodes; the result is the same for any number."""
 
@@ -65,7 +67,9 @@ def _evaluate(command: Evaluate) -> None:
         if getattr(command, name) < 1:
             raise AgentError(f"{name} must be at least 1, got {getattr(command, name)}")
     environment = read_object(command.env_config) if command.env_config else {}
-    config = TrainingConfig(reward=command.reward, weights=command.weights, environment=environment)
+    config = TrainingConfig(
+        reward=command.reward, weights=command.weights, scenario=command.scenario, environment=environment
+    )
     policy = load_agent(command.agent)
     check_environment(config)
     console = Console()

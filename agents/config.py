@@ -68,6 +68,8 @@ class TrainingConfig:
     """Episodes of each evaluation during training."""
     checkpoint_interval: int = 25_000
     """Timesteps between two checkpoints."""
+    scenario: str | None = None
+    """Where episodes begin: a scenario's name or file; without one in rooms drawn at random."""
     environment: dict[str, Any] = field(default_factory=dict)
     """The environment's configuration where it differs from the default, as `EnvConfig.from_dict` reads it."""
     ppo: PPOConfig = PPOConfig()

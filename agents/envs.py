@@ -25,11 +25,13 @@ class SocNavMaker:
     reward: the reward's name
     weights: which weights a learned reward uses
     config: where `EnvConfig` differs from the default, as `EnvConfig.from_dict` reads it
+    scenario: by name or file; None for rooms and people drawn at random
     """
 
     reward: str = "learned"
     weights: str = "default"
     config: dict[str, Any] = field(default_factory=dict)
+    scenario: str | None = None
 
     def __call__(self, render_mode: str | None = None) -> gym.Env[Any, Any]:
         """Return a new environment."""
@@ -49,7 +51,13 @@ class SocNavMaker:
         from socnav_env.config import EnvConfig
 
         config = EnvConfig.from_dict(self.config)
-        return {"reward": self.reward, "observation": "entities", "weights": self.weights, "config": config}
+        return {
+            "reward": self.reward,
+            "observation": "entities",
+            "weights": self.weights,
+            "config": config,
+            "scenario": self.scenario,
+        }
 
 
 class RepeatedAction(gym.Wrapper[Any, Any, Any, Any]):

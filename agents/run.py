@@ -33,7 +33,7 @@ def check_environment(config: TrainingConfig) -> None:
 
 def environment_maker(config: TrainingConfig) -> SocNavMaker:
     """Return what makes the environments of a run."""
-    return SocNavMaker(config.reward, config.weights, config.environment)
+    return SocNavMaker(config.reward, config.weights, config.environment, config.scenario)
 
 
 def read_run(folder: Path) -> TrainingConfig:
@@ -97,7 +97,7 @@ def evaluate_beside_baselines(
 
 def environment_settings(config: TrainingConfig) -> dict[str, object]:
     """Return what an evaluation file says about the environment."""
-    return {"reward": config.reward, "weights": config.weights, "environment": config.environment}
+    return {name: getattr(config, name) for name in ("reward", "weights", "environment", "scenario")}
 
 
 def write_evaluations(evaluations: dict[str, Evaluation], settings: dict[str, object], path: Path) -> None:

@@ -23,6 +23,7 @@ FIXED = (
     "action_repeat",
     "seed",
     "environment",
+    "scenario",
     "ppo",
 )  # a resumed run cannot change these
 
@@ -57,6 +58,8 @@ class Options:
     """Weights of the learned reward: default, published or a path."""
     env_config: Path | None = None
     """JSON file with the environment's configuration, where it differs from the default."""
+    scenario: str | None = TrainingConfig.scenario
+    """Where episodes begin: a scenario's name or file; without one in rooms drawn at random."""
     evaluation_interval: int = TrainingConfig.evaluation_interval
     """Timesteps between two evaluations during training."""
     evaluation_episodes: int = TrainingConfig.evaluation_episodes

@@ -57,3 +57,14 @@ def test_the_real_environment_fits_in() -> None:
         assert isinstance(maker(), gym.Env)
     finally:
         envs.close()
+
+
+def test_episodes_begin_in_the_scenario_asked_for() -> None:
+    maker = SocNavMaker(reward="sparse", scenario="couple_towards")
+    assert maker().unwrapped.scenario.name == "couple_towards"
+    envs = make_training_envs(maker, num_envs=2, num_workers=0)
+    try:
+        observation = envs.reset()
+        assert observation["people_mask"].sum(axis=1).tolist() == [2.0, 2.0]
+    finally:
+        envs.close()

@@ -104,3 +104,15 @@ def test_evaluate_refuses_bad_input_in_one_line(
     errors = capsys.readouterr().err
     assert message in errors
     assert errors.count("\n") == 1
+
+
+def test_an_agent_is_evaluated_in_a_scenario(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    output = tmp_path / "evaluation.json"
+    arguments = ["evaluate", "straight", "--episodes", "2", "--jobs", "1", "--reward", "sparse", "--scenario"]
+    assert agents_main([*arguments, "person_at_laptop", "--output", str(output)]) == 0
+    assert json.loads(output.read_text())["scenario"] == "person_at_laptop"
+    capsys.readouterr()
+    assert agents_main([*arguments, "moon"]) == 2
+    assert "scenario must be one of blind_corner" in capsys.readouterr().err
+    assert train_main(["--scenario", "moon", "--output-dir", str(tmp_path / "run")]) == 2
+    assert not (tmp_path / "run").exists()
