@@ -19,7 +19,7 @@ from rich.progress import Progress, track
 from rich.table import Table
 
 from reward_model.learning_commands import Agreement, Evaluate, Train
-from reward_model.search_command import Search
+from reward_model.search_command import Experiments, Search
 
 if TYPE_CHECKING:
     from reward_model.graph import FrameGraph
@@ -174,6 +174,7 @@ AnyCommand = (
     | Annotated[ImportPublished, tyro.conf.subcommand("import-published")]
     | Annotated[Train, tyro.conf.subcommand("train")]
     | Annotated[Search, tyro.conf.subcommand("search")]
+    | Annotated[Experiments, tyro.conf.subcommand("experiments")]
     | Annotated[Evaluate, tyro.conf.subcommand("evaluate")]
     | Annotated[Agreement, tyro.conf.subcommand("agreement")]
 )

@@ -43,8 +43,8 @@ _SELF: Final = PLAIN.index(Relation.SELF)
 class EdgelessMPNN(nn.Module):
     """An MPNN with the parameters of `reward_model.models.mpnn.MPNN`, by name and shape, computed without edges.
 
-    It can be trained where its edge network can be (`tabulated`); a network with the paper's perceptrons is
-    turned into operators once, without gradients.
+    With the paper's perceptrons it computes with curves that are straight between the lengths at which they are
+    evaluated: at fewer lengths in training.
     """
 
     def __init__(self, sizes: Items[int], edge_network: str) -> None:
@@ -53,12 +53,16 @@ class EdgelessMPNN(nn.Module):
         self.layers = nn.ModuleList(_Layer(make(inputs, outputs), outputs) for inputs, outputs in pairwise(sizes))
 
     def operators(self) -> list[LayerOperators]:
-        """What `propagate` needs, layer by layer."""
+        """What `propagate` needs, layer by layer; without gradients for perceptrons."""
         return [layer.edge_func.operators(layer.bias) for layer in self.layers]  # type: ignore[operator, union-attr]
 
     def forward(self, batch: WindowBatch) -> Tensor:
-        """(batch, 2) scores before the final ReLU; gradients reach the parameters of tabulated edge networks."""
-        return propagate(batch, self.operators())
+        """(batch, 2) scores before the final ReLU; gradients reach the parameters."""
+        layers: list[LayerOperators] = [
+            layer.edge_func.training_operators(layer.bias, not self.training)  # type: ignore[operator, union-attr]
+            for layer in self.layers
+        ]
+        return propagate(batch, layers)
 
     def answers(self, windows: Items[Items[FrameGraph]], device: torch.device | str = "cpu") -> Tensor:
         """(num_windows, 2) scores before the final ReLU, what training works on."""

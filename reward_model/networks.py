@@ -39,7 +39,7 @@ def network_on_dgl(config: NetworkConfig, device: str = "cpu") -> GraphNetwork:
 def trainable_network(config: NetworkConfig, seed: int) -> TrainableNetwork:
     """A network with the weights that training starts from, the same for the same seed.
 
-    An MPNN with tabulated edge networks is trained in its compiled form, all others on DGL. Raises
+    An MPNN is trained in its compiled form, the others on DGL. Raises
     `CheckpointError` where DGL is needed and cannot be imported.
     """
     with torch.random.fork_rng():
@@ -80,4 +80,4 @@ def torch_device(device: str) -> torch.device:
 
 
 def _without_dgl(config: NetworkConfig) -> bool:
-    return config.kind == "mpnn" and config.edge_network == "tabulated"
+    return config.kind == "mpnn"

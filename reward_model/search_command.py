@@ -1,4 +1,4 @@
-"""`search` of `python -m reward_model`; what it does is imported when it runs."""
+"""`search` and `experiments` of `python -m reward_model`; what they do is imported when they run."""
 
 from __future__ import annotations
 
@@ -98,3 +98,42 @@ class Search:
         from reward_model.search_space import SearchSpace
 
         return SearchSpace(**{each.name: getattr(self, each.name) for each in fields(SearchSpace)})
+
+
+@dataclass(frozen=True)
+class Experiments:
+    """Train R-GCN, GAT and MPNN on the same data with several seeds, and print one table of their errors.
+
+    In the output folder are the table as Markdown and JSON, a checkpoint a training, and histograms of absolute errors
+    on the test part. After any interruption --resume goes on; with more --seeds it adds to an experiment that is over.
+    """
+
+    data: Path
+    """As for train."""
+    output: Path
+    """A folder for everything."""
+    kind: Literal["static", "sequences"]
+    """static: still scenes, as SocNav1's; sequences: recordings in which things move, with the paper's augmentation."""
+    test: Path | None = None
+    """As for train."""
+    seeds: tuple[int, ...] = (0, 1, 2)
+    """Of first weights and the order of the data."""
+    jobs: int = 1
+    """Trainings at a time, each on one thread."""
+    max_epochs: int | None = None
+    """Instead of the settings' own, for a trial."""
+    cache: bool = True
+    """As for train."""
+    resume: bool = False
+    """Go on with the experiment in the output folder."""
+
+    def run(self) -> None:
+        """Train what is still to be trained, and print the table."""
+        from reward_model.experiments import RECIPES, experiment
+        from reward_model.loading import DataConfig
+
+        recipe = RECIPES[self.kind]
+        cache = graph_folder(self.cache)
+        data = DataConfig(self.data, recipe.augmentation, recipe.held_out, 0, cache, recipe.frames, self.test)
+        table = experiment(data, self.kind, self.output, self.seeds, self.jobs, self.resume, self.max_epochs)
+        print(table, end="", flush=True)

@@ -146,6 +146,13 @@ def errors(network: TrainableNetwork, data: LabelledWindows, device: str = "cpu"
     return result
 
 
+def predicted(network: TrainableNetwork, data: LabelledWindows, device: str = "cpu") -> Float32Array:
+    """(num_windows, 2) a network's answers, never below 0."""
+    answers = [answers.cpu().numpy() for answers, _ in _answered(network, data, device)]
+    result: Float32Array = np.concatenate([np.zeros((0, 2), dtype=np.float32), *answers])
+    return result
+
+
 def _answered(network: TrainableNetwork, data: LabelledWindows, device: str) -> Iterator[tuple[Tensor, Tensor]]:
     """Answers and scores, part by part, without dropout or gradients."""
     size = _EVALUATED_AT_ONCE if isinstance(network, EdgelessMPNN) else _EVALUATED_ON_DGL

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence as Items
 from itertools import pairwise
+from typing import NamedTuple
 
 import dgl
 import torch
@@ -38,13 +39,32 @@ class RGCN(GraphNetwork):
 
     def node_answers(self, graph: dgl.DGLGraph) -> Tensor:
         """(num_nodes, 2), see `GraphNetwork`."""
+        sources, targets = (ends.long() for ends in graph.edges())
         relations = graph.edata["relation"]
-        shares = relation_shares(graph.edges()[1], relations)
+        order = torch.argsort(relations, stable=True)
+        counts = torch.bincount(relations, minlength=NUM_RELATIONS).tolist()
+        edges = _Edges(sources[order], targets[order], relation_shares(targets, relations)[order], counts)
         hidden = graph.ndata["features"]
         for layer in self.layers[:-1]:
-            hidden = self.dropout(functional.elu(layer(graph, hidden, relations, shares)))
-        answers: Tensor = self.layers[-1](graph, hidden, relations, shares)
-        return answers
+            hidden = self.dropout(functional.elu(propagated(layer, hidden, edges)))
+        return propagated(self.layers[-1], hidden, edges)
+
+
+class _Edges(NamedTuple):
+    """Edges sorted by relation: node indices, each one's share (num_edges, 1), and how many there are of each."""
+
+    sources: Tensor
+    targets: Tensor
+    shares: Tensor
+    counts: list[int]
+
+
+def propagated(layer: RelGraphConv, hidden: Tensor, edges: _Edges) -> Tensor:
+    """(num_nodes, out) what the layer answers; DGL's own product of edges by relation takes many times as long."""
+    heard = torch.split(hidden[edges.sources] * edges.shares, edges.counts)
+    said = [part @ matrix for part, matrix in zip(heard, layer.linear_r.get_weight(), strict=True)]
+    answers: Tensor = layer.h_bias.repeat(len(hidden), 1).index_add(0, edges.targets, torch.cat(said))
+    return answers
 
 
 def relation_shares(targets: Tensor, relations: Tensor) -> Tensor:

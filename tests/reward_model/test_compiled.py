@@ -45,21 +45,50 @@ def test_answers_are_those_on_dgl(sizes, edge_network):
     torch.testing.assert_close(answers, expected, atol=1e-5, rtol=1e-5)
 
 
-def test_gradients_are_those_on_dgl():
+# A perceptron's curve is taken to be straight between the lengths at which it is evaluated.
+@pytest.mark.parametrize(("edge_network", "tolerance"), [("tabulated", 1e-5), ("perceptron", 1e-2)])
+def test_losses_and_gradients_are_those_on_dgl(edge_network, tolerance):
     pytest.importorskip("dgl")
     from reward_model.models.batching import dgl_graph
     from reward_model.models.mpnn import MPNN
 
     windows = random_windows(7, count=4)
-    network = random_network((42, 8, 6, 4, 2), "tabulated")
-    original = MPNN((42, 8, 6, 4, 2), "tabulated")
+    network = random_network((42, 8, 6, 4, 2), edge_network).train()
+    original = MPNN((42, 8, 6, 4, 2), edge_network)
     original.load_state_dict(network.state_dict())
-    (torch.relu(network(pack_windows(windows))) ** 2).sum().backward()
-    (original(dgl_graph([scene_graph(window) for window in windows])) ** 2).sum().backward()
-    expected = dict(original.named_parameters())
-    for name, parameter in network.named_parameters():
-        assert expected[name].grad.abs().max() > 0, name
-        torch.testing.assert_close(parameter.grad, expected[name].grad, atol=1e-5, rtol=1e-4)
+    loss = (torch.relu(network(pack_windows(windows))) ** 2).mean()
+    expected_loss = (original(dgl_graph([scene_graph(window) for window in windows])) ** 2).mean()
+    loss.backward()
+    expected_loss.backward()
+    torch.testing.assert_close(loss, expected_loss, atol=1e-4, rtol=0)
+    gradients, expected = (
+        torch.cat([parameter.grad.flatten() for _, parameter in sorted(each.named_parameters())])
+        for each in (network, original)
+    )
+    assert all(parameter.grad.abs().max() > 0 for parameter in original.parameters())
+    assert (gradients - expected).norm() < tolerance * expected.norm()
+
+
+def test_windows_of_one_frame_need_no_more():
+    """The grid has as many frames as the longest window; empty ones change nothing."""
+    windows = [window[:1] for window in random_windows(3, count=5)]
+    longer = [*windows, random_windows(4, count=1)[0]]
+    assert len(pack_windows(windows).features) == 1
+    for sizes in SIZES:
+        operators = random_operators(sizes, "tabulated")
+        alone, beside = propagate(pack_windows(windows), operators), propagate(pack_windows(longer), operators)
+        torch.testing.assert_close(alone, beside[:5], atol=1e-5, rtol=1e-5)
+
+
+def test_a_perceptron_is_evaluated_at_more_lengths_outside_training():
+    windows = random_windows(5, count=6)
+    network = random_network((42, 8, 2), "perceptron")
+    with torch.no_grad():
+        exact = propagate(pack_windows(windows), network.operators())
+        fine = network.eval().answers(windows)
+        coarse = network.train().answers(windows)
+    assert (fine - exact).abs().max() < 1e-4
+    assert 0 < (fine - exact).abs().max() <= (coarse - exact).abs().max() < 1e-2
 
 
 @pytest.mark.parametrize("edge_network", sorted(EDGE_NETWORKS))

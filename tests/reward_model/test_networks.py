@@ -32,7 +32,9 @@ def config(request):
 
 
 def new_network(config: NetworkConfig):
-    network = trainable_network(config, 3).eval()
+    with torch.random.fork_rng():
+        torch.manual_seed(3)
+        network = network_on_dgl(config).eval()
     for name, parameter in network.layers[-1].named_parameters():
         if "bias" in name:
             torch.nn.init.constant_(parameter, 1.0)  # random networks would often answer 0
@@ -130,8 +132,21 @@ def test_a_seed_says_with_which_weights_training_starts(config):
     assert any(not torch.equal(first[name], other[name]) for name in first)
 
 
-def test_tabulated_networks_are_trained_without_edges():
-    assert isinstance(trainable_network(NetworkConfig("mpnn", (42, 2), "tabulated"), 0), EdgelessMPNN)
+@pytest.mark.parametrize("edge_network", ["tabulated", "perceptron"])
+def test_an_mpnn_is_trained_without_edges(edge_network):
+    assert isinstance(trainable_network(NetworkConfig("mpnn", (42, 2), edge_network), 0), EdgelessMPNN)
+
+
+def test_an_rgcn_answers_as_dgls_layers_do():
+    network = new_network(CONFIGS["rgcn"])
+    graph = dgl_graph(graphs())
+    relations = graph.edata["relation"]
+    shares = relation_shares(graph.edges()[1], relations)
+    hidden = graph.ndata["features"]
+    for layer in network.layers[:-1]:
+        hidden = torch.nn.functional.elu(layer(graph, hidden, relations, shares))
+    expected = network.layers[-1](graph, hidden, relations, shares)
+    torch.testing.assert_close(network.node_answers(graph), expected, atol=1e-5, rtol=1e-5)
 
 
 @pytest.mark.parametrize("kind", ["rgcn", "gat"])
