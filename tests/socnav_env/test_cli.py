@@ -9,11 +9,12 @@ import pytest
 from PIL import Image
 
 from reward_model.socnav2_json import read_socnav2
-from socnav_env.cli import main, read_env_config
+from socnav_env.cli import main
 from socnav_env.clips import encode_pictures
 from socnav_env.config import EnvConfig
 from socnav_env.env import SocNavEnv
 from socnav_env.metrics import METRICS
+from socnav_env.picture_commands import read_env_config
 from socnav_env.recording import RecordTrajectory, read_recording, write_recording
 from tests.socnav_env.test_recording import play
 
