@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from socnav_env.checks import check_flag, check_number
+from socnav_env.scene_config import MAX_WALLS
 
 ALL_AROUND = 2 * math.pi
 
@@ -22,6 +23,7 @@ class SensorConfig:
     occlusion: whether walls, objects and people hide what lies behind them; tested at the entity's centre
     position_noise, heading_noise, velocity_noise: [m], [rad], [m/s] standard deviations of a normal error, new at every
         look; of coordinates, of people's and objects' headings, and of people's velocity components
+    max_walls: how many walls `entities` and `flat` show, the nearest; scenarios may have rooms with more
     nearest_people, nearest_objects: how many `flat` shows
     lidar_beams: of `lidar`, spread evenly over `field_of_view`
     lidar_range: [m]
@@ -33,6 +35,7 @@ class SensorConfig:
     position_noise: float = 0.0
     heading_noise: float = 0.0
     velocity_noise: float = 0.0
+    max_walls: int = MAX_WALLS
     nearest_people: int = 5
     nearest_objects: int = 5
     lidar_beams: int = 64
@@ -45,8 +48,9 @@ class SensorConfig:
         check_flag("sensors.occlusion", self.occlusion)
         for name in ("position_noise", "heading_noise", "velocity_noise"):
             check_number(f"sensors.{name}", getattr(self, name), 0, math.inf)
-        for name, least in (("nearest_people", 0), ("nearest_objects", 0), ("lidar_beams", 1)):
-            check_number(f"sensors.{name}", getattr(self, name), least, math.inf, whole=True)
+        for name in ("max_walls", "nearest_people", "nearest_objects"):
+            check_number(f"sensors.{name}", getattr(self, name), 0, math.inf, whole=True)
+        check_number("sensors.lidar_beams", self.lidar_beams, 1, math.inf, whole=True)
         check_number("sensors.lidar_range", self.lidar_range, 1e-3, math.inf)
 
     @property

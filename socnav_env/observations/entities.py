@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from gymnasium import spaces
 
-from socnav_env.config import MAX_WALLS
 from socnav_env.observations.base import MOTION, ROBOT, SHARE, Bounds, Float32Array, Parts, longest_sight, place_bounds
 from socnav_env.observations.kernels import write_entities
 from socnav_env.sensors import look
@@ -52,7 +51,8 @@ class EntitiesObservation:
     people_mask, objects_mask, walls_mask, interactions_mask: 1 where there is a row, 0 where the row is all zeros
 
     Rows reshape to (-1, ENTITY_WIDTHS[name]). There are as many as the config can ask for; of more than that (in a
-    layout from elsewhere) those with the nearest first point are seen. `SensorConfig` can limit what is seen.
+    layout from elsewhere) the nearest are seen, of lines those with the nearest points. `SensorConfig` says how many
+    walls there are, and can limit what is seen.
     """
 
     def __init__(self, config: EnvConfig) -> None:
@@ -60,7 +60,7 @@ class EntitiesObservation:
         self.capacities = {
             "people": population.max_people,
             "objects": population.max_objects,
-            "walls": MAX_WALLS,
+            "walls": config.sensors.max_walls,
             "interactions": population.max_interactions,
         }
         self._sensors = config.sensors

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from gymnasium import spaces
 
-from socnav_env.config import MAX_WALLS
 from socnav_env.observations.base import Float32Array
 from socnav_env.observations.entities import entity_parts
 from socnav_env.observations.kernels import write_nearest
@@ -34,7 +33,7 @@ class FlatObservation:
         capacities = {
             "people": config.sensors.nearest_people,
             "objects": config.sensors.nearest_objects,
-            "walls": MAX_WALLS,
+            "walls": config.sensors.max_walls,
         }
         self._parts = entity_parts(config, capacities)
         self._limits = np.array(list(capacities.values()))

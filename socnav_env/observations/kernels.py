@@ -38,10 +38,10 @@ def write_entities(
     chosen = _nearest(objects, frame, capacities[1])
     _write_objects(_rows(row, starts, 4, len(chosen), 6), frame, objects, sizes, chosen)
     walls = closed_lines(corners)
-    chosen = _nearest(walls, frame, capacities[2])
+    chosen = _nearest_lines(walls, frame, capacities[2])
     write_points(_rows(row, starts, 6, len(chosen), 4), frame, walls[chosen])
     links = lines_between(pairs, people, objects)
-    chosen = _nearest(links, frame, capacities[3])
+    chosen = _nearest_lines(links, frame, capacities[3])
     write_points(_rows(row, starts, 8, len(chosen), 4), frame, links[chosen])
 
 
@@ -88,6 +88,15 @@ def _nearest(places: FloatArray, frame: FloatArray, capacity: int) -> IntArray:
         return np.arange(len(places))
     distances = np.hypot(places[:, 0] - frame[0], places[:, 1] - frame[1])
     nearest: IntArray = np.sort(np.argsort(distances, kind="mergesort")[:capacity])  # a stable sort
+    return nearest
+
+
+@njit
+def _nearest_lines(lines: FloatArray, frame: FloatArray, capacity: int) -> IntArray:
+    """Which of the lines get rows, likewise, by their nearest points."""
+    if len(lines) <= capacity:
+        return np.arange(len(lines))
+    nearest: IntArray = np.sort(_first(wall_distances(frame[0], frame[1], lines), capacity))
     return nearest
 
 

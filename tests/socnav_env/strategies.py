@@ -19,10 +19,7 @@ from socnav_env.config import (
 )
 from socnav_env.robot_config import DRIVES
 
-try:
-    SCENARIOS = scenarios.names()
-except FileNotFoundError:  # none ship yet
-    SCENARIOS = ()
+SCENARIOS = scenarios.names()
 
 
 def ranges(least: int, most: int):

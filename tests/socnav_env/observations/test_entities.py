@@ -1,6 +1,7 @@
 import numpy as np
 
-from socnav_env.config import EnvConfig, PopulationConfig
+from socnav_env.config import EnvConfig, PopulationConfig, SensorConfig
+from socnav_env.layout import Room
 from socnav_env.observations import ENTITY_WIDTHS, EntitiesObservation
 from tests.socnav_env.puppets import PuppetWorld, make_layout
 
@@ -72,6 +73,15 @@ def test_of_too_many_people_the_nearest_are_seen_in_their_order() -> None:
     )
     observation = observed(PuppetWorld(layout), config)
     np.testing.assert_allclose(rows(observation, "people")[:, 0], [2.0, 1.0])
+
+
+def test_of_too_many_walls_those_with_the_nearest_point_are_seen() -> None:
+    corners = np.array([[-1, -9], [1, -9], [1, 0.5], [9, 0.5], [9, 1.5], [-1, 1.5]], dtype=np.float64)
+    world = PuppetWorld(make_layout(room=Room(corners)))
+    seen = observed(world, EnvConfig(sensors=SensorConfig(max_walls=4)))
+    expected = [[1, -9, 1, 0.5], [1, 0.5, 9, 0.5], [9, 1.5, -1, 1.5], [-1, 1.5, -1, -9]]
+    np.testing.assert_allclose(rows(seen, "walls"), expected, atol=1e-6)
+    np.testing.assert_array_equal(seen["walls_mask"], np.ones(4))
 
 
 def test_a_kind_that_the_config_rules_out_has_no_box() -> None:
