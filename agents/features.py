@@ -20,6 +20,7 @@ NUM_HEADINGS = 36  # directions the robot looks in
 CORRIDOR_WIDTH = 3  # and `corridor`
 ASIDE = 1.5  # m, further aside than this is out of the way
 TINY = 1e-6  # m, keeps directions finite at the origin
+OWN, FREE = "own", "free"  # of what `describe` returns; observations have nothing of these names
 
 
 class EntityFeatures(BaseFeaturesExtractor):
@@ -39,67 +40,95 @@ class EntityFeatures(BaseFeaturesExtractor):
 
     """
 
-    headings: Tensor
-
     def __init__(self, observation_space: spaces.Dict, hidden: int = 32) -> None:
-        kinds = [kind for kind in ATTRIBUTES if kind in observation_space.spaces]
-        super().__init__(observation_space, features_dim=(len(kinds) + 2) * hidden)
-        self.capacities = {kind: _length(observation_space, f"{kind}_mask") for kind in kinds}
+        self.capacities = capacities_of(observation_space)
+        super().__init__(observation_space, features_dim=(len(self.capacities) + 2) * hidden)
         self.encoders = nn.ModuleDict(
-            {kind: nn.Linear(POLAR_WIDTH + CORRIDOR_WIDTH + ATTRIBUTES[kind].width, hidden) for kind in kinds}
+            {kind: nn.Linear(POLAR_WIDTH + CORRIDOR_WIDTH + ATTRIBUTES[kind].width, hidden) for kind in self.capacities}
         )
         own_width = _length(observation_space, "robot") + POLAR_WIDTH
         self.context = nn.Linear(own_width, hidden)
         self.own = nn.Linear(own_width + 2 * NUM_HEADINGS, 2 * hidden)
         self.shared = nn.Linear(hidden, hidden)
-        headings = torch.arange(NUM_HEADINGS) * (2 * math.pi / NUM_HEADINGS)
-        self.register_buffer("headings", headings, persistent=False)
 
-    def forward(self, observations: dict[str, Tensor]) -> Tensor:
-        """Return the features of a batch of observations, (batch, (kinds + 2) * hidden)."""
-        with torch.no_grad():
-            own, described, mask = describe(observations, self.capacities)
-            free = look_around(observations, self.capacities, self.headings)
-        features = [torch.relu(self.own(torch.cat([own, free], dim=1)))]
-        if described:
-            rows = torch.cat([self.encoders[kind](described[kind]) for kind in described], dim=1)
-            rows = torch.relu(rows + self.context(own)[:, None])  # (batch, entities, hidden)
-            rows = torch.relu(self.shared(rows)) * mask[:, :, None]
-            features += [members.amax(dim=1) for members in torch.split(rows, list(self.capacities.values()), dim=1)]
+    def forward(self, observations: dict[str, Tensor] | Described) -> Tensor:
+        """Return the features of a batch of observations, or of what `described` made of it: (batch, features_dim)."""
+        given = observations if isinstance(observations, Described) else described(observations, self.capacities)
+        features = [torch.relu(self.own(torch.cat([given.own, given.free], dim=1)))]
+        if self.capacities:
+            rows = torch.cat([self.encoders[kind](given.rows[kind]) for kind in self.capacities])
+            rows = torch.relu(rows + self.context(given.own)[given.samples])
+            rows = torch.relu(self.shared(rows))  # (present, hidden)
+            pooled = torch.segment_reduce(rows, "max", lengths=given.counts, initial=0.0)
+            features.append(pooled.view(len(self.capacities), -1, rows.shape[1]).transpose(0, 1).flatten(1))
         return torch.cat(features, dim=1)
 
 
-def look_around(observations: dict[str, Tensor], capacities: dict[str, int], headings: Tensor) -> Tensor:
-    """Return the free distances, scaled, and their nearness, (batch, 2 * num_headings); heading 0 is the goal's."""
-    goal = observations["goal"]
-    rows = {kind: torch.unflatten(observations[kind], 1, (capacity, -1)) for kind, capacity in capacities.items()}
-    masks = {kind: observations[f"{kind}_mask"] for kind in capacities}
-    free = free_distances(rows, masks, torch.atan2(goal[:, 1:], goal[:, :1]) + headings)
-    return torch.cat([free / SIGHT, NEARNESS_SOFTENING / (free + NEARNESS_SOFTENING)], dim=1)
+class Described(NamedTuple):
+    """A batch of observations as the first layers read it; networks of the same sizes share it.
+
+    Entities that are present stand below each other, type after type and within a type sample after sample.
+
+    own: (batch, robot + 6) the robot's state and the goal as `polar` gives it
+    free: (batch, 2 * num_headings) see `look_around`
+    rows: of each type (present, width), see `describe`
+    samples: (present,) whose entity each row is, all types in one
+    counts: (types * batch,) how many rows each type of each sample has
+    """
+
+    own: Tensor
+    free: Tensor
+    rows: dict[str, Tensor]
+    samples: Tensor
+    counts: Tensor
 
 
-def describe(observations: dict[str, Tensor], capacities: dict[str, int]) -> tuple[Tensor, dict[str, Tensor], Tensor]:
-    """Turn an observation into what the network's first layers read; there is nothing to learn in here.
+def described(observations: dict[str, Tensor], capacities: dict[str, int]) -> Described:
+    """Turn observations into what the first layers read, or what `describe` has made of them."""
+    given = observations if OWN in observations else describe(observations, capacities)
+    present = [given[f"{kind}_mask"] > 0 for kind in capacities]
+    rows = {kind: given[kind][mask] for kind, mask in zip(capacities, present, strict=True)}
+    samples = [mask.nonzero()[:, 0] for mask in present]
+    counts = [mask.sum(dim=1) for mask in present]
+    nothing = torch.empty(0, dtype=torch.int64)
+    return Described(given[OWN], given[FREE], rows, torch.cat([nothing, *samples]), torch.cat([nothing, *counts]))
+
+
+def capacities_of(observation_space: spaces.Dict) -> dict[str, int]:
+    """Return how many entities of each type the observation has room for."""
+    return {kind: _length(observation_space, f"{kind}_mask") for kind in ATTRIBUTES if kind in observation_space.spaces}
+
+
+@torch.no_grad()
+def describe(observations: dict[str, Tensor], capacities: dict[str, int]) -> dict[str, Tensor]:
+    """Work out what the first layers read, in which there is nothing to learn: it lasts as long as observations do.
 
     Returns:
-        own: (batch, robot + 6) the robot's state and the goal as `polar` gives it
-        described: per type (batch, capacity, width) the closest point as `polar` and `corridor` give it, then the
-            attributes
-        mask: (batch, entities) 1 where there is an entity
+        own, free: see `Described`
+        people, objects, walls, interactions: (batch, capacity, width) the closest point as `polar` and `corridor`
+            give it, then the attributes
+        people_mask and so on: as they were
 
     """
     rows = {kind: torch.unflatten(observations[kind], 1, (capacity, -1)) for kind, capacity in capacities.items()}
-    points = [observations["goal"][:, None], *(ATTRIBUTES[kind].closest(rows[kind]) for kind in rows)]
-    places = torch.cat(points, dim=1)
-    described_places = torch.cat([polar(places), corridor(places, observations["goal"])], dim=-1)
-    goal, *others = torch.split(described_places, [1, *capacities.values()], dim=1)
-    described = {
-        kind: torch.cat([closest, ATTRIBUTES[kind].of(rows[kind], closest)], dim=-1)
-        for kind, closest in zip(rows, others, strict=True)
-    }
-    masks = [observations[f"{kind}_mask"] for kind in rows]
-    mask = torch.cat(masks, dim=1) if masks else torch.empty(len(goal), 0)
-    return torch.cat([observations["robot"], goal[:, 0, :POLAR_WIDTH]], dim=1), described, mask
+    masks = {kind: observations[f"{kind}_mask"] for kind in rows}
+    goal = observations["goal"]
+    points = torch.cat([goal[:, None], *(ATTRIBUTES[kind].closest(rows[kind]) for kind in rows)], dim=1)
+    places = torch.cat([polar(points), corridor(points, goal)], dim=-1)
+    aim, *others = torch.split(places, [1, *capacities.values()], dim=1)
+    made = {OWN: torch.cat([observations["robot"], aim[:, 0, :POLAR_WIDTH]], dim=1)}
+    made[FREE] = look_around(goal, rows, masks)
+    for kind, closest in zip(rows, others, strict=True):
+        made[kind] = torch.cat([closest, ATTRIBUTES[kind].of(rows[kind], closest)], dim=-1)
+        made[f"{kind}_mask"] = masks[kind]
+    return made
+
+
+def look_around(goal: Tensor, rows: dict[str, Tensor], masks: dict[str, Tensor]) -> Tensor:
+    """Return the free distances, scaled, and their nearness, (batch, 2 * num_headings); heading 0 is the goal's."""
+    headings = torch.arange(NUM_HEADINGS, device=goal.device) * (2 * math.pi / NUM_HEADINGS)
+    free = free_distances(rows, masks, torch.atan2(goal[:, 1:], goal[:, :1]) + headings)
+    return torch.cat([free / SIGHT, NEARNESS_SOFTENING / (free + NEARNESS_SOFTENING)], dim=1)
 
 
 def polar(points: Tensor) -> Tensor:

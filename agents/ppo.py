@@ -15,6 +15,7 @@ from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 from agents.callbacks import StopRequest, TrainingCallback
 from agents.checkpoint import CHECKPOINT_FILE, History, load_checkpoint, save_checkpoint
 from agents.config import PPOConfig, TrainingConfig
+from agents.entity_policy import EntityPolicy, EntityRolloutBuffer
 from agents.envs import EnvironmentMaker, make_training_envs
 from agents.evaluation import SELECTION_SEEDS, Evaluation, evaluate, evaluation_seeds
 from agents.policy import AGENT_FILE, policy_arguments, save_policy
@@ -70,7 +71,7 @@ def build_model(config: TrainingConfig, envs: VecEnv, seed: int) -> PPO:
     """Return an untrained PPO on `envs`, whose rewards it scales by the running deviation of the returns."""
     ppo = config.ppo
     return PPO(
-        "MultiInputPolicy",
+        EntityPolicy,
         VecNormalize(envs, norm_obs=False, norm_reward=True, gamma=ppo.gamma),
         learning_rate=lambda left: ppo.learning_rate * (FINAL_LEARNING_RATE + (1 - FINAL_LEARNING_RATE) * left),
         n_steps=ppo.n_steps,
@@ -82,6 +83,7 @@ def build_model(config: TrainingConfig, envs: VecEnv, seed: int) -> PPO:
         ent_coef=ppo.ent_coef,
         vf_coef=ppo.vf_coef,
         max_grad_norm=ppo.max_grad_norm,
+        rollout_buffer_class=EntityRolloutBuffer,
         policy_kwargs=policy_arguments(architecture(ppo)),
         seed=seed,
         device="cpu",
