@@ -85,22 +85,29 @@ def cached_examples(
 
 def store_examples(examples: Examples, entry: Path) -> None:
     """Write an entry, or leave the one that is there. Raises `OSError` where the place cannot be written."""
+    try:
+        entry.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=f".{entry.name}.", dir=entry.parent) as place:
+            building = Path(place) / entry.name
+            building.mkdir()
+            _write_arrays(examples, building)
+            try:
+                building.rename(entry)
+            except OSError:
+                if not entry.is_dir():  # else another process was first
+                    raise
+    except OSError as error:
+        raise OSError(f"{entry}: the graphs cannot be kept ({error}); make room, or --no-cache does without") from None
+
+
+def _write_arrays(examples: Examples, building: Path) -> None:
     names = json.dumps({name: getattr(examples, name) for name in _NAMES}).encode()
-    entry.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=f".{entry.name}.", dir=entry.parent) as place:
-        building = Path(place) / entry.name
-        building.mkdir()
-        checksums = {_NAMES_FILE: zlib.crc32(names)}
-        (building / _NAMES_FILE).write_bytes(names)
-        for name, array in _flattened(examples).items():
-            np.save(building / f"{name}.npy", array, allow_pickle=False)
-            checksums[f"{name}.npy"] = _checksum(array)
-        (building / _INDEX_FILE).write_text(json.dumps({"version": _VERSION, "checksums": checksums}))
-        try:
-            building.rename(entry)
-        except OSError:
-            if not entry.is_dir():  # else another process was first
-                raise
+    checksums = {_NAMES_FILE: zlib.crc32(names)}
+    (building / _NAMES_FILE).write_bytes(names)
+    for name, array in _flattened(examples).items():
+        np.save(building / f"{name}.npy", array, allow_pickle=False)
+        checksums[f"{name}.npy"] = _checksum(array)
+    (building / _INDEX_FILE).write_text(json.dumps({"version": _VERSION, "checksums": checksums}))
 
 
 def load_examples(entry: Path) -> Examples:

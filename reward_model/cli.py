@@ -6,6 +6,7 @@ import json
 import math
 import os
 import sys
+import time
 from collections.abc import Sequence as Items
 from dataclasses import dataclass
 from functools import partial
@@ -19,7 +20,7 @@ from rich.progress import Progress, track
 from rich.table import Table
 
 from reward_model.learning_commands import Agreement, Evaluate, Train
-from reward_model.search_command import Experiments, Search
+from reward_model.search_command import Experiments, Label, Search
 
 if TYPE_CHECKING:
     from reward_model.graph import FrameGraph
@@ -119,15 +120,17 @@ class Heatmaps:
         scorer = load_scorer(self.weights)
         actions = {RECORDED: None, **(ACTIONS if self.actions else {})}
         console = Console(stderr=True)
+        positions, begin = len(actions) * self.resolution**2, time.perf_counter()
         try:
             with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
-                task = progress.add_task("scoring", total=len(actions) * self.resolution**2)
+                task = progress.add_task("scoring", total=positions)
                 advance = partial(progress.advance, task)
                 maps = {
                     name: heatmap(scorer, sequence, doing, self.resolution, advance) for name, doing in actions.items()
                 }
         except ScenarioError as error:
             raise ScenarioError(f"{self.file}: {error}") from error
+        print(f"{positions:,} positions scored in {time.perf_counter() - begin:.1f} s", file=sys.stderr)
         questions: Items[Literal["q1", "q2"]] = ("q1", "q2") if self.question == "both" else (self.question,)
         replace_file(self.output, draw_heatmaps(sequence.last, maps, questions, f"{sequence.name}, {scorer.name}"))
         print(self.output)
@@ -174,6 +177,7 @@ AnyCommand = (
     | Annotated[ImportPublished, tyro.conf.subcommand("import-published")]
     | Annotated[Train, tyro.conf.subcommand("train")]
     | Annotated[Search, tyro.conf.subcommand("search")]
+    | Annotated[Label, tyro.conf.subcommand("label")]
     | Annotated[Experiments, tyro.conf.subcommand("experiments")]
     | Annotated[Evaluate, tyro.conf.subcommand("evaluate")]
     | Annotated[Agreement, tyro.conf.subcommand("agreement")]

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Final, Literal
 
+import joblib
+
+from reward_model.dataset import judged_window
 from reward_model.examples import PARTS, DatasetError, Part
 from reward_model.json_fields import read_text_file
 from reward_model.scenario import LabelledSequence, ScenarioError
@@ -21,6 +25,9 @@ RATING_FILES: Final = MappingProxyType[Part, str](
     {"train": "train.jsonl", "development": "dev.jsonl", "test": "test.jsonl"}
 )
 DataFiles = dict[Part | Literal["all"], tuple[Path, ...]]
+MANIFEST: Final = "manifest.json"  # beside simulated recordings, says how they were made
+_MANY: Final = 1000  # files, from which on starting processes takes less time than they save
+_TOGETHER: Final = 50  # files that a process reads at a time
 _MOST_PROBLEMS: Final = 20  # lines that one complaint has at most
 
 
@@ -45,21 +52,46 @@ def find_files(path: Path) -> DataFiles:
 
 
 def read_files(files: tuple[Path, ...], after_file: Callable[[], None] = lambda: None) -> Iterator[LabelledSequence]:
-    """Read labelled scenes, file by file.
+    """Read labelled scenes, file by file; of recordings the window that is judged.
 
+    Many files are read by as many processes as the machine has cores (`LOKY_MAX_CPU_COUNT` says otherwise).
     Goes on after a broken file, so that at the end one `ScenarioError` names them all, a line each.
     """
     problems = []
-    for path in files:
-        try:
-            yield from read_socnav1(path) if path.suffix == ".jsonl" else [read_labelled_socnav2(path)]
-        except ScenarioError as error:
-            problems.append(str(error))
+    for found in _each_read(files):
+        if isinstance(found, str):
+            problems.append(found)
+        else:
+            yield from found
         after_file()
     if problems:
         more = len(problems) - _MOST_PROBLEMS
         rest = [f"and {more} more files"] if more > 0 else []
         raise ScenarioError("\n".join(problems[:_MOST_PROBLEMS] + rest))
+
+
+def _each_read(files: tuple[Path, ...]) -> Iterator[list[LabelledSequence] | str]:
+    """What each file holds, in their order, or what is wrong with it."""
+    if len(files) < _MANY:
+        yield from map(_read_file, files)
+        return
+    chunks = [files[start : start + _TOGETHER] for start in range(0, len(files), _TOGETHER)]
+    for part in joblib.Parallel(n_jobs=-1, return_as="generator")(joblib.delayed(_read_chunk)(each) for each in chunks):
+        yield from part
+
+
+def _read_chunk(files: tuple[Path, ...]) -> list[list[LabelledSequence] | str]:
+    return [_read_file(path) for path in files]
+
+
+def _read_file(path: Path) -> list[LabelledSequence] | str:
+    try:
+        if path.suffix == ".jsonl":
+            return read_socnav1(path)
+        recording = read_labelled_socnav2(path)
+    except ScenarioError as error:
+        return str(error)
+    return [replace(recording, sequence=judged_window(recording.sequence))]
 
 
 def _find_in_folder(folder: Path) -> DataFiles:
@@ -72,7 +104,8 @@ def _find_in_folder(folder: Path) -> DataFiles:
             found[part] = (ratings,)
     if found:
         return found
-    loose = tuple(sorted((*folder.glob("*.json"), *folder.glob("*.jsonl"))))
+    found_files = (*folder.glob("*.json"), *folder.glob("*.jsonl"))
+    loose = tuple(sorted(path for path in found_files if path.name != MANIFEST))
     if not loose:
         raise DatasetError(f"{folder}: must hold recordings (*.json), ratings (*.jsonl) or split lists, found none")
     return {"all": loose}

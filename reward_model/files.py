@@ -11,7 +11,7 @@ def replace_file(path: str | os.PathLike[str], content: bytes) -> None:
     """Write a file under a temporary name beside its place, then move it there in one step.
 
     Folders on the way are made. A reader sees the old file or the new one, and an interrupted write leaves
-    the old one. Raises `OSError` where the place cannot be written.
+    the old one. Raises `OSError` that names the file where the place cannot be written.
     """
     target = Path(path)
     target.parent.mkdir(parents=True, exist_ok=True)
@@ -23,6 +23,8 @@ def replace_file(path: str | os.PathLike[str], content: bytes) -> None:
         os.umask(umask)
         Path(temporary).chmod(0o666 & ~umask)
         Path(temporary).replace(target)
-    except BaseException:
+    except BaseException as error:
         Path(temporary).unlink(missing_ok=True)
+        if isinstance(error, OSError):  # one of a full disk names no file
+            raise OSError(error.errno, error.strerror, os.fspath(path)) from error
         raise

@@ -1,4 +1,4 @@
-"""`search` and `experiments` of `python -m reward_model`; what they do is imported when they run."""
+"""`search`, `experiments` and `label` of `python -m reward_model`; what they do is imported when they run."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Search:
     jobs: int = 1
     """Sessions at a time, each on one thread."""
     backend: Literal["loky", "ray"] = "loky"
-    """Of joblib: processes here, or a Ray cluster that sees this folder (pip install "ray[default]")."""
+    """Of joblib: processes here, or a Ray cluster that sees this folder (pip install "socnav2[ray]")."""
     blocks: tuple[Literal["rgcn", "gat", "mpnn"], ...] = ("rgcn", "gat", "mpnn")
     """Networks to search among."""
     edge_network: Literal["tabulated", "perceptron"] = "tabulated"
@@ -137,3 +137,37 @@ class Experiments:
         data = DataConfig(self.data, recipe.augmentation, recipe.held_out, 0, cache, recipe.frames, self.test)
         table = experiment(data, self.kind, self.output, self.seeds, self.jobs, self.resume, self.max_epochs)
         print(table, end="", flush=True)
+
+
+@dataclass(frozen=True)
+class Label:
+    """Write recordings anew with a network's scores in them, so that other networks can learn its answers.
+
+    Such labels are no people's scores. After any interruption the same command does what is missing.
+    """
+
+    data: Path
+    """A SocNav2 recording, a .txt list of them or a folder."""
+    output: Path
+    """The folder of the labelled copies, which keep their names."""
+    weights: str = "published"
+    """default (what ships), published (after import-published) or a checkpoint folder."""
+    jobs: int = 1
+    """Processes that share the work."""
+
+    def run(self) -> None:
+        """Label, and print where the copies are."""
+        from rich.console import Console
+        from rich.progress import Progress
+
+        from reward_model.labelling import label_files, unlabelled_files
+
+        if self.jobs < 1:
+            raise ValueError(f"jobs must be at least 1, got {self.jobs}")
+        files = unlabelled_files(self.data, self.output)
+        console = Console(stderr=True)
+        with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+            bar = progress.add_task("label", total=len(files))
+            for count in label_files(files, self.output, self.weights, self.jobs):
+                progress.advance(bar, count)
+        print(self.output)

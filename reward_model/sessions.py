@@ -94,4 +94,4 @@ def _register_ray() -> None:
     try:
         importlib.import_module("ray.util.joblib").register_ray()
     except ImportError as error:
-        raise ValueError(f"backend ray needs the package ray, install it with pip install ray ({error})") from None
+        raise ValueError(f'backend ray needs Ray: pip install "socnav2[ray]" ({error})') from None

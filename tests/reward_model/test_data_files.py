@@ -121,3 +121,27 @@ def test_a_complaint_has_an_end(tmp_path):
         list(read_files(find_files(tmp_path)["all"]))
     lines = str(caught.value).splitlines()
     assert (len(lines), lines[-1]) == (21, "and 3 more files")
+
+
+def test_the_manifest_of_simulated_recordings_is_no_recording(folder):
+    (folder / "manifest.json").write_text("{}")
+    assert names(find_files(folder)["all"]) == ["a.json", "b.json", "c.json"]
+
+
+def test_many_files_are_read_by_many_processes(folder, monkeypatch):
+    recording(folder / "d.json", label_Q1=-1)
+    (folder / "e.jsonl").write_text(json.dumps(RATING))
+    files = find_files(folder)["all"]
+
+    def read():
+        seen, found = [], []
+        with pytest.raises(ScenarioError) as caught:
+            for each in read_files(files, lambda: seen.append(1)):
+                found.append((each.scene, each.q1, each.q2, len(each.sequence), len(seen)))
+        return found, len(seen), str(caught.value)
+
+    alone = read()
+    monkeypatch.setattr("reward_model.data_files._MANY", 2)
+    monkeypatch.setattr("reward_model.data_files._TOGETHER", 2)
+    assert read() == alone
+    assert [scene for scene, *_ in alone[0]] == ["a", "b", "c", "08093"]

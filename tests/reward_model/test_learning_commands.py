@@ -1,4 +1,5 @@
 import json
+import resource
 
 import pytest
 
@@ -150,3 +151,56 @@ def test_graphs_are_kept_for_the_next_time(recordings, tmp_path, capsys):
     status, _, err = run(capsys, "evaluate", "--data", recordings)
     assert (status, f"{entry}: this entry of the cache is damaged" in err) == (2, True)
     assert run(capsys, "evaluate", "--data", recordings, "--no-cache") == first
+
+
+@pytest.fixture
+def full_disk():
+    """Files that may not grow stand for a disk that is full."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+
+    def fill(size: int) -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+
+    yield fill
+    resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+def test_a_full_disk_is_one_line_and_leaves_the_training_as_it_was(recordings, tmp_path, capsys, full_disk):
+    output = tmp_path / "trained"
+    arguments = ("train", "--data", recordings, "--output", output, "--hidden-sizes", 4, "--max-epochs", 1)
+    assert run(capsys, *arguments)[0] == 0
+    (output / "model.safetensors").rename(tmp_path / "kept")
+    before = {path: path.read_bytes() for path in output.glob("*.*")}
+    full_disk(1000)
+    status, _, err = run(capsys, *arguments, "--resume")
+    assert (status, err.splitlines()[-1].startswith("reward_model: [Errno 27] File too large: ")) == (2, True)
+    assert err.endswith("/model.safetensors'\n")
+    assert {path: path.read_bytes() for path in output.glob("*.*")} == before
+
+
+def test_a_full_disk_leaves_no_half_of_a_cache(recordings, tmp_path, capsys, full_disk):
+    full_disk(1000)
+    status, _, err = run(capsys, "evaluate", "--data", recordings)
+    assert (status, "the graphs cannot be kept" in err.splitlines()[-1]) == (2, True)
+    assert "--no-cache does without" in err.splitlines()[-1]
+    assert not list((tmp_path / "cache" / "graphs").iterdir())
+    assert run(capsys, "evaluate", "--data", recordings, "--no-cache")[0] == 0
+
+
+def test_errors_on_other_data(recordings, tmp_path, capsys):
+    """What is not split is split in two; no scene of the other data may be among it."""
+    loose, other = tmp_path / "loose", tmp_path / "other"
+    for folder, names in ((loose, "abcdefghij"), (other, "xyz")):
+        folder.mkdir()
+        for number, name in enumerate(names):
+            recording(folder / f"{name}.json", label_Q1=10 * number)
+    arguments = ("train", "--data", loose, "--hidden-sizes", 2, "--max-epochs", 1, "--held-out", 0.2, "--frames", 1)
+    status, out, _ = run(capsys, *arguments, "--output", tmp_path / "trained", "--test", other)
+    about = json.loads(out)
+    assert (status, about["frames"], about["examples"]["test"]) == (0, 1, 3)
+    assert about["examples"]["train"] + 2 * about["examples"]["development"] == 20
+    status, out, _ = run(capsys, "evaluate", "--data", other, "--weights", tmp_path / "trained")
+    assert json.loads(out)["q1"]["mse"] == pytest.approx(about["test_error"]["q1"], rel=1e-4)
+    recording(other / "a.json")
+    status, _, err = run(capsys, *arguments, "--output", tmp_path / "again", "--test", other)
+    assert (status, "scene 'a' must be in one part only" in err) == (2, True)

@@ -1,6 +1,7 @@
 """The commands `heatmap` and `behaviours`."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -38,7 +39,9 @@ def scene(tmp_path, monkeypatch):
 def test_a_heatmap_is_drawn(scene, tmp_path, capsys, options, size):
     output = tmp_path / "out.png"
     assert main(["heatmap", str(scene), "-o", str(output), "--resolution", "5", *options]) == 0
-    assert capsys.readouterr().out == f"{output}\n"
+    captured = capsys.readouterr()
+    assert captured.out == f"{output}\n"
+    assert re.fullmatch(rf"{25 * (7 if '--actions' in options else 1)} positions scored in \d+\.\d s\n", captured.err)
     with Image.open(output) as image:
         assert image.size == size
 
