@@ -19,6 +19,7 @@ from reward_model.flat_window import (
     MEETING,
     NUM_FEATURES,
     NUM_GROUPED,
+    NUM_KINDS,
     NUM_MEETING,
     PARTING,
 )
@@ -44,8 +45,8 @@ _NUM_PARTING: Final = len(PARTING)
 class Layer(NamedTuple):
     """One layer's arrays, laid out for the products they are in.
 
-    plain: (kinds * 5, in, out) by kind of node, in the first layer, else the same for all (kinds = 1)
-    meeting: (5, rank * in, out); parting: (8, in, rank * out), with a gap between rows
+    plain: (kinds * 5 * in, out) by kind of node, in the first layer, else the same for all (kinds = 1)
+    meeting: (5 * rank * in, out); parting: (8 * in, rank * out), with a gap between rows
     knots: (13, num_knots); tables: (13, num_knots, rank), both by `GROUPED`
     bias: (out,)
     """
@@ -66,10 +67,7 @@ def flat_layers(operators: Items[LayerOperators]) -> tuple[Float32Array, IntArra
     layers = [_layer_arrays(layer, first=index == 0) for index, layer in enumerate(operators)]
     sizes = [sum(part.size for part in layer) for layer in layers]
     starts = np.cumsum([0, *sizes[:-1]])
-    shapes = [
-        (len(layer.plain) // NUM_PLAIN, *layer.plain.shape[1:], *layer.tables.shape[1:], _same_tables(layers, index))
-        for index, layer in enumerate(layers)
-    ]
+    shapes = [_shape(layer, _same_tables(layers, index), first=index == 0) for index, layer in enumerate(layers)]
     weights = np.concatenate([part.ravel() for layer in layers for part in layer])
     return weights, np.column_stack([starts, np.array(shapes, dtype=np.int64)])
 
@@ -85,9 +83,9 @@ def layer_at(weights: Float32Array, shape: IntArray) -> Layer:
     tables = places + NUM_GROUPED * knots
     bias = tables + NUM_GROUPED * knots * rank
     return Layer(
-        weights[start:meeting].reshape(kinds * NUM_PLAIN, inputs, outputs),
-        weights[meeting:parting].reshape(NUM_MEETING, rank * inputs, outputs),
-        weights[parting:places].reshape(_NUM_PARTING, inputs, row),
+        weights[start:meeting].reshape(kinds * NUM_PLAIN * inputs, outputs),
+        weights[meeting:parting].reshape(NUM_MEETING * rank * inputs, outputs),
+        weights[parting:places].reshape(_NUM_PARTING * inputs, row),
         weights[places:tables].reshape(NUM_GROUPED, knots),
         weights[tables:bias].reshape(NUM_GROUPED, knots, rank),
         weights[bias : bias + outputs],
@@ -104,11 +102,17 @@ def _layer_arrays(layer: LayerOperators, first: bool) -> Layer:
     basis = np.concatenate([basis, np.zeros((NUM_GROUPED, -basis.shape[1] % LANES, *basis.shape[2:]), np.float32)], 1)
     of_kinds = [_rows(plain, kind, first) for kind in KINDS] if first else [_rows(plain, NodeKind.ROOM, first)]
     matrices = [_rows(basis[place], _source_kind(relation), first) for place, relation in enumerate(GROUPED)]
-    rank, inputs, outputs = matrices[0].shape
-    meeting = np.stack(matrices[:NUM_MEETING]).reshape(NUM_MEETING, rank * inputs, outputs)
-    parting = np.stack(matrices[NUM_MEETING:]).transpose(0, 2, 1, 3).reshape(_NUM_PARTING, inputs, rank * outputs)
-    parting = np.pad(parting, ((0, 0), (0, 0), (0, _GAP)))
-    return Layer(np.concatenate(of_kinds), meeting, parting, knots[order], tables, bias)
+    rank, _, outputs = matrices[0].shape
+    meeting = np.concatenate(matrices[:NUM_MEETING]).reshape(-1, outputs)
+    parting = np.stack(matrices[NUM_MEETING:]).transpose(0, 2, 1, 3).reshape(-1, rank * outputs)
+    parting = np.pad(parting, ((0, 0), (0, _GAP)))
+    return Layer(np.concatenate(of_kinds).reshape(-1, outputs), meeting, parting, knots[order], tables, bias)
+
+
+def _shape(layer: Layer, same_tables: bool, first: bool) -> tuple[int, ...]:
+    inputs = len(layer.parting) // _NUM_PARTING
+    kinds = NUM_KINDS if first else 1
+    return kinds, inputs, len(layer.bias), *layer.tables.shape[1:], same_tables
 
 
 def _padded(array: NDArray[np.float32]) -> Float32Array:

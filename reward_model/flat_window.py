@@ -51,6 +51,7 @@ NUM_MEETING: Final = len(MEETING)
 NUM_GROUPED: Final = len(GROUPED)
 NUM_INTO_ROOM: Final = NUM_KINDS - 1  # the first of MEETING
 
+_NUM_FEATURES: Final = np.array([len(columns) for columns in FEATURES])
 _FEATURE_TABLE: Final = np.array([(*columns, *[-1] * (NUM_FEATURES - len(columns))) for columns in FEATURES])
 _PLACE_OF_KIND: Final = np.array([KINDS.index(kind) for kind in NodeKind])
 _PLACE_OF_RELATION: Final = np.array([GROUPED.index(each) if each in GROUPED else -1 for each in Relation])
@@ -59,9 +60,8 @@ _PLACE_OF_RELATION: Final = np.array([GROUPED.index(each) if each in GROUPED els
 class Stack(NamedTuple):
     """The arrays of `FrameGraph`, of all frames of several windows one after the other.
 
-    num_nodes, num_links: (num_frames,) of each frame
-    times: (num_frames,) its place in its window, 0 for the newest
-    windows: (num_frames,) the window's number
+    counts: (num_frames, 2) how many nodes and links each frame has
+    sizes: (num_windows,) how many frames each window has
     """
 
     features: Float32Array
@@ -72,10 +72,8 @@ class Stack(NamedTuple):
     link_targets: IntArray
     link_relations: IntArray
     link_lengths: Float32Array
-    num_nodes: IntArray
-    num_links: IntArray
-    times: IntArray
-    windows: IntArray
+    counts: IntArray
+    sizes: IntArray
 
 
 class Nodes(NamedTuple):
@@ -123,10 +121,8 @@ def stack_windows(windows: Items[Items[FrameGraph]]) -> Stack:
         np.concatenate([frame.link_targets for frame in frames]),
         np.concatenate([frame.link_relations for frame in frames]),
         np.concatenate([frame.link_lengths for frame in frames]),
-        np.array([len(frame.kinds) for frame in frames]),
-        np.array([len(frame.link_lengths) for frame in frames]),
-        np.array([time for window in windows for time in range(len(window))]),
-        np.array([number for number, window in enumerate(windows) for _ in window]),
+        np.array([count for frame in frames for count in (len(frame.kinds), len(frame.link_lengths))]).reshape(-1, 2),
+        np.array([len(window) for window in windows]),
     )
 
 
@@ -142,16 +138,18 @@ def flat_windows(stack: Stack) -> tuple[Nodes, Edges]:
 @njit
 def _node_places(stack: Stack) -> tuple[IntArray, IntArray]:
     """Where each section starts, and where each of the stack's nodes goes."""
-    num_windows = stack.windows[-1] + 1
+    num_windows = len(stack.sizes)
     starts = np.zeros(NUM_FRAMES * NUM_KINDS * num_windows + 1, dtype=np.int64)
     places = np.empty(len(stack.kinds), dtype=np.int64)
-    node = 0
-    for frame in range(len(stack.times)):
-        first = stack.times[frame] * NUM_KINDS * num_windows + stack.windows[frame]
-        for _ in range(stack.num_nodes[frame]):
-            places[node] = first + _PLACE_OF_KIND[stack.kinds[node]] * num_windows
-            starts[places[node] + 1] += 1
-            node += 1
+    frame, node = 0, 0
+    for window in range(num_windows):
+        for time in range(stack.sizes[window]):
+            for _ in range(stack.counts[frame, 0]):
+                kind = _PLACE_OF_KIND[stack.kinds[node]]
+                places[node] = (time * NUM_KINDS + kind) * num_windows + window
+                starts[places[node] + 1] += 1
+                node += 1
+            frame += 1
     for section in range(1, len(starts)):
         starts[section] += starts[section - 1]
     next_place = starts.copy()
@@ -165,29 +163,30 @@ def _node_places(stack: Stack) -> tuple[IntArray, IntArray]:
 @njit
 def _features(stack: Stack, places: IntArray) -> Float32Array:
     features = np.zeros((len(places), NUM_FEATURES), dtype=np.float32)
-    node = 0
-    for frame in range(len(stack.times)):
-        for _ in range(stack.num_nodes[frame]):
-            row = features[places[node]]
-            columns = _FEATURE_TABLE[_PLACE_OF_KIND[stack.kinds[node]]]
-            for index in range(NUM_FEATURES):
-                if columns[index] >= 0:
-                    row[index] = stack.features[node, columns[index]]
-            row[1 + stack.times[frame]] = 1
-            node += 1
+    frame, node = 0, 0
+    for size in stack.sizes:
+        for time in range(size):
+            for _ in range(stack.counts[frame, 0]):
+                kind, place = _PLACE_OF_KIND[stack.kinds[node]], places[node]
+                for index in range(_NUM_FEATURES[kind]):
+                    features[place, index] = stack.features[node, _FEATURE_TABLE[kind, index]]
+                features[place, 1 + time] = 1
+                node += 1
+            frame += 1
     return features
 
 
 @njit
 def _neighbours(stack: Stack, places: IntArray) -> tuple[IntArray, IntArray]:
     newer, older = np.full(len(places), -1, dtype=np.int64), np.full(len(places), -1, dtype=np.int64)
-    start = 0
-    for frame in range(len(stack.times) - 1):
-        middle = start + stack.num_nodes[frame]
-        end = middle + stack.num_nodes[frame + 1]
-        if stack.times[frame + 1] > 0:
-            _match(stack.keys[start:middle], stack.keys[middle:end], places[start:end], newer, older)
-        start = middle
+    frame, start = 0, 0
+    for size in stack.sizes:
+        for time in range(size):
+            middle = start + stack.counts[frame, 0]
+            if time + 1 < size:
+                end = middle + stack.counts[frame + 1, 0]
+                _match(stack.keys[start:middle], stack.keys[middle:end], places[start:end], newer, older)
+            frame, start = frame + 1, middle
     return newer, older
 
 
@@ -242,12 +241,14 @@ def _edges(stack: Stack, starts: IntArray, places: IntArray) -> Edges:
 @njit
 def _first_nodes_and_links(stack: Stack) -> IntArray:
     """(3, num_windows, 3) by place and window: a frame's first node, first link and its last one's successor, or -1."""
-    firsts = np.full((NUM_FRAMES, stack.windows[-1] + 1, 3), -1, dtype=np.int64)
-    node, link = 0, 0
-    for frame in range(len(stack.times)):
-        row = firsts[stack.times[frame], stack.windows[frame]]
-        row[0], row[1], row[2] = node, link, link + stack.num_links[frame]
-        node, link = node + stack.num_nodes[frame], row[2]
+    firsts = np.full((NUM_FRAMES, len(stack.sizes), 3), -1, dtype=np.int64)
+    frame, node, link = 0, 0, 0
+    for window in range(len(stack.sizes)):
+        for time in range(stack.sizes[window]):
+            firsts[time, window, 0], firsts[time, window, 1] = node, link
+            node, link = node + stack.counts[frame, 0], link + stack.counts[frame, 1]
+            firsts[time, window, 2] = link
+            frame += 1
     return firsts
 
 

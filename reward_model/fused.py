@@ -20,6 +20,7 @@ import torch
 
 from reward_model.flat_layers import NUM_PLAIN, Layer, flat_layers, layer_at
 from reward_model.flat_window import (
+    FEATURES,
     NUM_GROUPED,
     NUM_INTO_ROOM,
     NUM_KINDS,
@@ -34,13 +35,14 @@ from reward_model.graph import NUM_FRAMES, Float32Array, FrameGraph, Relation
 from reward_model.jit import njit
 from reward_model.models.edge_networks import PLAIN, LayerOperators
 from reward_model.scenario import IntArray
-from reward_model.tiles import LANES, add_product
+from reward_model.tiles import add_product
 
 _SELF: Final = PLAIN.index(Relation.SELF)
 _TO_OLDER: Final = (PLAIN.index(Relation.NOW_TO_SECOND), PLAIN.index(Relation.SECOND_TO_THIRD))
 _TO_NEWER: Final = (PLAIN.index(Relation.SECOND_TO_NOW), PLAIN.index(Relation.THIRD_TO_SECOND))
 
 _TOGETHER: Final = 8  # windows that go through the layers together; what they need stays in a core's own cache
+_NUM_FEATURES: Final = tuple(map(len, FEATURES))
 _LEAST_SHARE: Final = 4  # windows that are worth a thread of their own
 _LOWEST: Final = np.float32(-16.0)  # below it exp is nothing beside 1
 _DOUBLINGS: Final = 6
@@ -92,7 +94,7 @@ os.register_at_fork(after_in_child=_threads.cache_clear)  # threads do not come 
 def _score_windows(stack: Stack, weights: Float32Array, shapes: IntArray, scores: Float32Array) -> None:
     nodes, edges = flat_windows(stack)
     hidden, last = nodes.features, len(shapes) - 1
-    coefficients = np.empty(0, dtype=np.float32)
+    coefficients = np.empty((0, 0), dtype=np.float32)
     for index in range(last + 1):
         layer = layer_at(weights, shapes[index])
         # Only what the newest rooms can still hear in the layers left: all of so many frames, and the next one's rooms.
@@ -107,21 +109,18 @@ def _score_windows(stack: Stack, weights: Float32Array, shapes: IntArray, scores
 
 @njit
 def _coefficients(layer: Layer, edges: Edges, whole: int) -> Float32Array:
-    """(num_edges * rank,) those of every edge's relation at its length, for edges that meet or part in time."""
+    """(num_edges, rank) those of every edge's relation at its length; of edges that are not needed, nothing."""
     rank = layer.tables.shape[2]
     coefficients = np.empty((len(edges.lengths), rank), dtype=np.float32)
     for relation in range(NUM_GROUPED):
         knots, table = layer.knots[relation], layer.tables[relation]
-        times = min(whole + 1, NUM_FRAMES)
-        first, last = edges.starts[edges.bounds[relation, 0]], edges.starts[edges.bounds[relation, times]]
-        for edge in range(first, last):
+        last_group = edges.bounds[relation, min(whole + 1, NUM_FRAMES)]
+        for edge in range(edges.starts[edges.bounds[relation, 0]], edges.starts[last_group]):
             knot = _last_knot(knots, edges.lengths[edge])
             share = (edges.lengths[edge] - knots[knot]) / (knots[knot + 1] - knots[knot])
-            before, after, row = table[knot], table[knot + 1], coefficients[edge]
-            for place in range(0, rank, LANES):
-                for lane in range(LANES):
-                    row[place + lane] = before[place + lane] * (_ONE - share) + after[place + lane] * share
-    return coefficients.reshape(-1)
+            for place in range(rank):
+                coefficients[edge, place] = table[knot, place] * (_ONE - share) + table[knot + 1, place] * share
+    return coefficients
 
 
 @njit
@@ -144,18 +143,21 @@ def _all_nodes(
     num_windows = (len(nodes.starts) - 1) // (NUM_FRAMES * NUM_KINDS)
     num_sections = min(whole * NUM_KINDS + 1, NUM_FRAMES * NUM_KINDS)
     out = np.zeros((nodes.starts[num_sections * num_windows], layer.bias.shape[0]), dtype=np.float32)
+    inputs = hidden.shape[1]
+    by_kind = len(layer.plain) > NUM_PLAIN * inputs
     for section in range(num_sections):
         first, last = nodes.starts[section * num_windows], nodes.starts[(section + 1) * num_windows]
         time, kind = section // NUM_KINDS, section % NUM_KINDS
-        plain = layer.plain[kind * NUM_PLAIN :] if len(layer.plain) > NUM_PLAIN else layer.plain
-        add_product(hidden[first:last], plain[_SELF], out[first:last])
+        matrices, inner = (kind * NUM_PLAIN, _NUM_FEATURES[kind]) if by_kind else (0, inputs)
+        add_product(hidden, first, 0, layer.plain, (matrices + _SELF) * inputs, out, first, last - first, inner)
         if time > 0:
-            add_product(_chosen(hidden, nodes.newer[first:last]), plain[_TO_OLDER[time - 1]], out[first:last])
+            matrix = (matrices + _TO_OLDER[time - 1]) * inputs
+            _add_neighbours(hidden, nodes.newer, layer.plain, matrix, out, first, last, inner)
         if time + 1 < NUM_FRAMES:
-            add_product(_chosen(hidden, nodes.older[first:last]), plain[_TO_NEWER[time]], out[first:last])
-    by_edge = coefficients.reshape(len(edges.lengths), layer.tables.shape[2])
-    _add_meeting(edges, layer, by_edge, hidden, out, whole)
-    _add_parting(edges, layer, by_edge, hidden, out, whole)
+            matrix = (matrices + _TO_NEWER[time]) * inputs
+            _add_neighbours(hidden, nodes.older, layer.plain, matrix, out, first, last, inner)
+    _add_meeting(edges, layer, coefficients, hidden, out, whole)
+    _add_parting(edges, layer, coefficients, hidden, out, whole)
     for node in range(len(out)):
         for column in range(out.shape[1]):
             out[node, column] = out[node, column] * nodes.shares[node] + layer.bias[column]
@@ -163,19 +165,31 @@ def _all_nodes(
 
 
 @njit
-def _chosen(hidden: Float32Array, places: IntArray) -> Float32Array:
-    """The rows at some places, zeros where a place is -1; a view where they stand together."""
-    count, first = len(places), places[0] if len(places) > 0 else 0
-    row = 0
-    while row < count and places[row] == first + row and first >= 0:
-        row += 1
-    if row == count:
-        return hidden[first : first + count]
-    rows = np.zeros((count, hidden.shape[1]), dtype=np.float32)
-    for row in range(count):
-        if places[row] >= 0:
-            rows[row] = hidden[places[row]]
-    return rows
+def _add_neighbours(
+    hidden: Float32Array,
+    places: IntArray,
+    matrices: Float32Array,
+    matrix: int,
+    out: Float32Array,
+    first: int,
+    last: int,
+    inner: int,
+) -> None:
+    """What nodes hear from themselves in another frame, where they are in it; `matrix`: the row where theirs begins."""
+    while first < last:
+        run = _run(places, first, last)
+        if places[first] >= 0:
+            add_product(hidden, places[first], 0, matrices, matrix, out, first, run, inner)
+        first += run
+
+
+@njit
+def _run(places: IntArray, first: int, last: int) -> int:
+    """How many places from the first on follow each other, one by one."""
+    end = first + 1
+    while end < last and places[end] == places[end - 1] + 1:
+        end += 1
+    return end - first
 
 
 @njit
@@ -184,18 +198,24 @@ def _add_meeting(
 ) -> None:
     """What meets in a node is summed up before it is multiplied."""
     rank, inputs = coefficients.shape[1], hidden.shape[1]
+    turned = coefficients.T
     for relation in range(NUM_MEETING):
         times = min(whole + 1, NUM_FRAMES) if relation < NUM_INTO_ROOM else whole
         first, last = edges.bounds[relation, 0], edges.bounds[relation, times]
-        heard = np.zeros((last - first, rank * inputs), dtype=np.float32)
+        heard = np.zeros(((last - first) * rank, inputs), dtype=np.float32)
         for group in range(first, last):
-            begin, end = edges.starts[group], edges.starts[group + 1]
-            said = _chosen(hidden, edges.others[begin:end])
-            add_product(coefficients[begin:end].T, said, heard[group - first].reshape(rank, inputs))
+            edge, end = edges.starts[group], edges.starts[group + 1]
+            while edge < end:
+                run = _run(edges.others, edge, end)
+                add_product(turned, 0, edge, hidden, edges.others[edge], heard, (group - first) * rank, rank, run)
+                edge += run
         answers = np.zeros((last - first, out.shape[1]), dtype=np.float32)
-        add_product(heard, layer.meeting[relation], answers)
+        together = heard.reshape(last - first, rank * inputs)
+        matrix = relation * rank * inputs
+        add_product(together, 0, 0, layer.meeting, matrix, answers, 0, last - first, rank * inputs)
         for group in range(first, last):
-            _add(answers[group - first], out[edges.centres[group]])
+            for column in range(out.shape[1]):
+                out[edges.centres[group], column] += answers[group - first, column]
 
 
 @njit
@@ -203,26 +223,23 @@ def _add_parting(
     edges: Edges, layer: Layer, coefficients: Float32Array, hidden: Float32Array, out: Float32Array, whole: int
 ) -> None:
     """What parts from a node is multiplied before it is shared out."""
-    rank, outputs = coefficients.shape[1], out.shape[1]
+    rank, inputs, outputs = coefficients.shape[1], hidden.shape[1], out.shape[1]
     for relation in range(NUM_MEETING, NUM_GROUPED):
         first, last = edges.bounds[relation, 0], edges.bounds[relation, whole]
-        said = np.zeros((last - first, rank * outputs), dtype=np.float32)
-        add_product(_chosen(hidden, edges.centres[first:last]), layer.parting[relation - NUM_MEETING], said)
+        centres = np.empty((last - first, inputs), dtype=np.float32)
         for group in range(first, last):
-            begin, end = edges.starts[group], edges.starts[group + 1]
-            others, answers = edges.others[begin:end], said[group - first].reshape(rank, outputs)
-            if relation < NUM_MEETING + NUM_INTO_ROOM:
-                add_product(coefficients[begin:end], answers, out[others[0] : others[-1] + 1])
-            else:
-                for edge in range(begin, end):
-                    target = edges.others[edge]
-                    add_product(coefficients[edge : edge + 1], answers, out[target : target + 1])
-
-
-@njit
-def _add(values: Float32Array, out: Float32Array) -> None:
-    for i in range(len(out)):
-        out[i] += values[i]
+            for column in range(inputs):
+                centres[group - first, column] = hidden[edges.centres[group], column]
+        together = np.zeros((last - first, rank * outputs), dtype=np.float32)
+        matrix = (relation - NUM_MEETING) * inputs
+        add_product(centres, 0, 0, layer.parting, matrix, together, 0, last - first, inputs)
+        said = together.reshape((last - first) * rank, outputs)
+        for group in range(first, last):
+            edge, end = edges.starts[group], edges.starts[group + 1]
+            while edge < end:
+                run = _run(edges.others, edge, end)
+                add_product(coefficients, edge, 0, said, (group - first) * rank, out, edges.others[edge], run, rank)
+                edge += run
 
 
 @njit

@@ -29,51 +29,67 @@ _COPIES: Final = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
 
 
 @njit
-def add_product(left: Float32Array, right: Float32Array, out: Float32Array) -> None:
-    """Add left @ right to `out`; the widths of `right` and `out` are the same multiple of `LANES`.
+def add_product(
+    left: Float32Array,
+    left_row: int,
+    left_column: int,
+    right: Float32Array,
+    right_row: int,
+    out: Float32Array,
+    out_row: int,
+    rows: int,
+    inner: int,
+) -> None:
+    """Add the product of two matrices' parts to a part of a third, all of them of whole arrays: views take their time.
 
-    left: (rows, inner), in any memory layout; right: (inner, columns) and out: (rows, columns), rows contiguous
+    The parts are `rows` by `inner` of `left`, from a row and a column on, `inner` rows of `right` and `rows` of `out`,
+    all columns of it. That many is a multiple of `LANES`; `right` may have more. In `right` and `out` a row's elements
+    stand side by side.
     """
-    rows, columns = out.shape
+    columns = out.shape[1]
     for column in range(0, columns - LANES, 2 * LANES):
         row = 0
         while row + 4 <= rows:
-            _tile_4_2(left, right, out, row, column)
+            _tile_4_2(left, left_row + row, left_column, right, right_row, out, out_row + row, column, inner)
             row += 4
         if row + 3 == rows:
-            _tile_3_2(left, right, out, row, column)
+            _tile_3_2(left, left_row + row, left_column, right, right_row, out, out_row + row, column, inner)
         elif row + 2 == rows:
-            _tile_2_2(left, right, out, row, column)
+            _tile_2_2(left, left_row + row, left_column, right, right_row, out, out_row + row, column, inner)
         elif row + 1 == rows:
-            _tile_1_2(left, right, out, row, column)
+            _tile_1_2(left, left_row + row, left_column, right, right_row, out, out_row + row, column, inner)
     if columns % (2 * LANES) != 0:
-        row = 0
+        row, column = 0, columns - LANES
         while row + 8 <= rows:
-            _tile_8_1(left, right, out, row, columns - LANES)
+            _tile_8_1(left, left_row + row, left_column, right, right_row, out, out_row + row, column, inner)
             row += 8
         while row + 2 <= rows:
-            _tile_2_1(left, right, out, row, columns - LANES)
+            _tile_2_1(left, left_row + row, left_column, right, right_row, out, out_row + row, column, inner)
             row += 2
         if row < rows:
-            _tile_1_1(left, right, out, row, columns - LANES)
+            _tile_1_1(left, left_row + row, left_column, right, right_row, out, out_row + row, column, inner)
 
 
-def _tile(rows: int, vectors: int) -> Callable[[Float32Array, Float32Array, Float32Array, int, int], None]:
-    """A function of compiled code: a product's part of so many rows and vectors from a row and a column on."""
+_Tile = Callable[[Float32Array, int, int, Float32Array, int, Float32Array, int, int, int], None]
+
+
+def _tile(rows: int, vectors: int) -> _Tile:
+    """A function of compiled code: the part of a product that is so many rows high and so many vectors wide."""
 
     @intrinsic
-    def tile(_: Any, left: Any, right: Any, out: Any, row: Any, column: Any) -> Any:
+    def tile(_: Any, left: Any, i: Any, j: Any, right: Any, k: Any, out: Any, row: Any, column: Any, inner: Any) -> Any:
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            arrays = [
-                context.make_array(kind)(context, builder, array)
-                for kind, array in zip(signature.args[:3], arguments[:3], strict=True)
+            matrices = [
+                _Matrix(builder, context.make_array(signature.args[place])(context, builder, arguments[place]))
+                for place in (0, 3, 5)
             ]
-            _add_tile(builder, [_Matrix(builder, array) for array in arrays], arguments[3:], (rows, vectors))
+            numbers = (arguments[1], arguments[2], arguments[4], *arguments[6:])
+            _add_tile(builder, matrices, numbers, (rows, vectors))
             return context.get_dummy_value()
 
-        return types.void(left, right, out, row, column), generate
+        return types.void(left, i, j, right, k, out, row, column, inner), generate
 
-    return cast(Callable[[Float32Array, Float32Array, Float32Array, int, int], None], tile)
+    return cast(_Tile, tile)
 
 
 class _Matrix:
@@ -83,7 +99,6 @@ class _Matrix:
         self._builder = builder
         self._start = builder.bitcast(array.data, _BYTE.as_pointer())
         self._strides = [builder.extract_value(array.strides, axis) for axis in range(2)]
-        self.shape = [builder.extract_value(array.shape, axis) for axis in range(2)]
 
     def place(self, row: Any, column: Any, kind: Any) -> Any:
         """The address of an element, as that of a number or of a vector."""
@@ -92,20 +107,24 @@ class _Matrix:
         return self._builder.bitcast(self._builder.gep(self._start, [offset]), kind.as_pointer())
 
 
-def _add_tile(builder: Any, matrices: list[_Matrix], corner: Any, size: tuple[int, int]) -> None:
+def _add_tile(builder: Any, matrices: list[_Matrix], numbers: Any, size: tuple[int, int]) -> None:
     left, right, out = matrices
-    rows = [builder.add(corner[0], _OFFSET(row)) for row in range(size[0])]
-    columns = [builder.add(corner[1], _OFFSET(LANES * vector)) for vector in range(size[1])]
-    places = [[out.place(row, column, _VECTOR) for column in columns] for row in rows]
+    left_row, left_column, right_row, out_row, out_column, inner = numbers
+    left_rows, out_rows = (
+        [builder.add(first, _OFFSET(row)) for row in range(size[0])] for first in (left_row, out_row)
+    )
+    columns = [builder.add(out_column, _OFFSET(LANES * vector)) for vector in range(size[1])]
+    places = [[out.place(row, column, _VECTOR) for column in columns] for row in out_rows]
     with builder.goto_entry_block():
-        sums = [[builder.alloca(_VECTOR) for _ in columns] for _ in rows]
+        sums = [[builder.alloca(_VECTOR) for _ in columns] for _ in out_rows]
     for row_places, row_sums in zip(places, sums, strict=True):
         for place, one_sum in zip(row_places, row_sums, strict=True):
             builder.store(builder.load(place, align=_NUMBER_SIZE), one_sum)
-    with cgutils.for_range(builder, left.shape[1]) as loop:
-        factors = [builder.load(right.place(loop.index, column, _VECTOR), align=_NUMBER_SIZE) for column in columns]
-        for row, row_sums in zip(rows, sums, strict=True):
-            number = builder.load(left.place(row, loop.index, _NUMBER))
+    with cgutils.for_range(builder, inner) as loop:
+        right_place, left_place = (builder.add(first, loop.index) for first in (right_row, left_column))
+        factors = [builder.load(right.place(right_place, column, _VECTOR), align=_NUMBER_SIZE) for column in columns]
+        for row, row_sums in zip(left_rows, sums, strict=True):
+            number = builder.load(left.place(row, left_place, _NUMBER))
             vector = builder.insert_element(ir.Constant(_VECTOR, ir.Undefined), number, ir.IntType(32)(0))
             vector = builder.shuffle_vector(vector, ir.Constant(_VECTOR, ir.Undefined), _COPIES)
             for one_sum, factor in zip(row_sums, factors, strict=True):
