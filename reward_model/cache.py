@@ -19,7 +19,6 @@ from typing import Any, Final, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from reward_model.dataset import Augmentation
 from reward_model.examples import Examples
 from reward_model.graph import LAYOUT_VERSION, FrameGraph
 
@@ -68,14 +67,14 @@ class StoredWindows(Sequence[list[FrameGraph]]):
         )
 
 
-def cached_examples(
-    files: tuple[Path, ...], augmentation: Augmentation, folder: Path, make: Callable[[], Examples]
-) -> Examples:
+def cached_examples(files: tuple[Path, ...], variety: str, folder: Path, make: Callable[[], Examples]) -> Examples:
     """The examples of some files, from the cache where they are there, else from `make` and into the cache.
+
+    variety: names the augmentation, and whatever else makes other examples of the same files
 
     Raises `CacheError` where the entry is damaged.
     """
-    entry = folder / _key(files, augmentation)
+    entry = folder / _key(files, variety)
     if not entry.is_dir():
         examples = make()
         store_examples(examples, entry)
@@ -130,8 +129,8 @@ def load_examples(entry: Path) -> Examples:
         raise CacheError(f"{entry}: this entry of the cache is damaged ({error}); delete the folder") from None
 
 
-def _key(files: tuple[Path, ...], augmentation: Augmentation) -> str:
-    digest = hashlib.sha256(f"{_VERSION} {LAYOUT_VERSION} {augmentation}".encode())
+def _key(files: tuple[Path, ...], variety: str) -> str:
+    digest = hashlib.sha256(f"{_VERSION} {LAYOUT_VERSION} {variety}".encode())
     for path in files:
         with path.open("rb") as file:
             digest.update(path.suffix.encode() + hashlib.file_digest(file, "sha256").digest())

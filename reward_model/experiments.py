@@ -176,7 +176,7 @@ def _shortened(setting: Setting, max_epochs: int) -> Setting:
 
 def _plan(data: DataConfig, settings: Mapping[str, Setting], parts: dict[Part, Examples]) -> dict[str, Any]:
     """What makes this experiment this one; with more seeds it stays the same."""
-    plan: dict[str, Any] = {"frames": data.frames, "augmentation": data.augmentation}
+    plan: dict[str, Any] = {"frames": data.frames, "augmentation": data.augmentation, "teacher": data.teacher}
     plan |= {f"{part}_data": data_digest(examples.labelled()) for part, examples in parts.items()}
     plan |= {name: [setting.network.document(), asdict(setting.training)] for name, setting in settings.items()}
     return plan

@@ -84,6 +84,7 @@ def learn(
         "examples": {part: len(examples) for part, examples in parts.items()},
         "augmentation": data.augmentation,
         "frames": data.frames,
+        "teacher": data.teacher,
         "training": asdict(config),
         "epochs": len(history),
         "best_epoch": best.number,

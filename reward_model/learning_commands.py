@@ -58,6 +58,8 @@ class Train:
     """Share of scenes for development, and for the test, where the data is not split."""
     split_seed: int = 0
     """Which scenes these are."""
+    teacher: str | None = None
+    """Weights of the network that labelled the data, if one did: it then scores augmented copies, too."""
     test: Path | None = None
     """Other data to report errors on; where the first is not split, none of it is then kept for the test."""
     frames: Literal[1, 2, 3] = 3
@@ -89,6 +91,7 @@ class Train:
             graph_folder(self.cache),
             self.frames,
             self.test,
+            self.teacher,
         )
         about = train(Session(data, network, config, self.weigh == "clips"), self.output, self.resume)
         print(json.dumps(about, indent=2), flush=True)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
 from rich.progress import Progress
 
 from reward_model.cache import cached_examples
+from reward_model.checkpoint import WEIGHTS_FILE
 from reward_model.data_files import DataFiles, find_files, read_files
 from reward_model.dataset import Augmentation
 from reward_model.examples import (
@@ -23,6 +26,7 @@ from reward_model.examples import (
     split_in_two,
 )
 from reward_model.graph import NUM_FRAMES
+from reward_model.scorer import load_scorer, weights_path
 
 
 @dataclass(frozen=True)
@@ -35,6 +39,8 @@ class DataConfig:
     split_seed: which scenes these are
     cache: where graphs are kept for the next time, nowhere where None
     frames: of each window, the newest; 1 is enough where nothing moves
+    teacher: weights of the network that labelled the data, if one did: it then scores augmented copies, too, as it need
+        not find a scene and its copies as good as each other; where None, a copy has its original's scores
     test: another data set, all of which is the test part; where the first is not split, its own test scenes are then
         trained on
     """
@@ -46,6 +52,7 @@ class DataConfig:
     cache: Path | None = None
     frames: int = NUM_FRAMES
     test: Path | None = None
+    teacher: str | None = None
 
     def __post_init__(self) -> None:
         if not 1 <= self.frames <= NUM_FRAMES:
@@ -99,8 +106,23 @@ def _read(
     bar = progress.add_task(f"read {part}", total=len(files[part]))
 
     def make() -> Examples:
-        return examples_of(read_files(files[part], lambda: progress.advance(bar)), augmentation)
+        examples = examples_of(read_files(files[part], lambda: progress.advance(bar)), augmentation)
+        return examples if data.teacher is None else _taught(examples, data.teacher)
 
-    found = make() if data.cache is None else cached_examples(files[part], augmentation, data.cache, make)
+    variety = augmentation if data.teacher is None else f"{augmentation} {_digest(data.teacher)}"
+    found = make() if data.cache is None else cached_examples(files[part], variety, data.cache, make)
     progress.update(bar, completed=len(files[part]))
     return found if data.frames == NUM_FRAMES else found.newest(data.frames)
+
+
+def _taught(examples: Examples, teacher: str) -> Examples:
+    """The examples with the teacher's scores of augmented copies, for the questions that were asked."""
+    copies = np.flatnonzero(examples.variants > 0)
+    scores = examples.scores.copy()
+    answers = load_scorer(teacher).score_windows(examples.chosen(copies.tolist()).windows).clip(0, 1)
+    scores[copies] = np.where(np.isnan(scores[copies]), np.nan, answers)
+    return replace(examples, scores=scores)
+
+
+def _digest(teacher: str) -> str:
+    return hashlib.sha256((weights_path(teacher) / WEIGHTS_FILE).read_bytes()).hexdigest()[:16]

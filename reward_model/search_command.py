@@ -70,6 +70,8 @@ class Search:
     """As for train."""
     test: Path | None = None
     """As for train."""
+    teacher: str | None = None
+    """As for train."""
     frames: Literal[1, 2, 3] = 3
     """As for train."""
     cache: bool = True
@@ -90,7 +92,9 @@ class Search:
 
         config = SearchConfig(self.sessions, self.seed, self.weigh == "clips", self.jobs, self.backend, self.device)
         cache = graph_folder(self.cache)
-        data = DataConfig(self.data, self.augment, self.held_out, self.split_seed, cache, self.frames, self.test)
+        data = DataConfig(
+            self.data, self.augment, self.held_out, self.split_seed, cache, self.frames, self.test, self.teacher
+        )
         rows = search(data, self._space(), config, self.output, self.resume)
         print(markdown(best_of_blocks(rows)), end="", flush=True)
 
@@ -116,6 +120,8 @@ class Experiments:
     """static: still scenes, as SocNav1's; sequences: recordings in which things move, with the paper's augmentation."""
     test: Path | None = None
     """As for train."""
+    teacher: str | None = None
+    """As for train."""
     seeds: tuple[int, ...] = (0, 1, 2)
     """Of first weights and the order of the data."""
     jobs: int = 1
@@ -134,7 +140,9 @@ class Experiments:
 
         recipe = RECIPES[self.kind]
         cache = graph_folder(self.cache)
-        data = DataConfig(self.data, recipe.augmentation, recipe.held_out, 0, cache, recipe.frames, self.test)
+        data = DataConfig(
+            self.data, recipe.augmentation, recipe.held_out, 0, cache, recipe.frames, self.test, self.teacher
+        )
         table = experiment(data, self.kind, self.output, self.seeds, self.jobs, self.resume, self.max_epochs)
         print(table, end="", flush=True)
 

@@ -204,3 +204,22 @@ def test_errors_on_other_data(recordings, tmp_path, capsys):
     recording(other / "a.json")
     status, _, err = run(capsys, *arguments, "--output", tmp_path / "again", "--test", other)
     assert (status, "scene 'a' must be in one part only" in err) == (2, True)
+
+
+def test_a_teacher_scores_the_copies(recordings, tmp_path):
+    """The original keeps its label; a copy has the score that the network gives to the copy."""
+    from rich.progress import Progress
+
+    from reward_model.loading import DataConfig, load_parts
+
+    with Progress(disable=True) as progress:
+        plain, taught, again = (
+            load_parts(DataConfig(recordings, "all", cache=tmp_path / "graphs", teacher=teacher), progress)["train"]
+            for teacher in (None, "default", "default")
+        )
+    answers = load_scorer("default").score_windows(taught.windows[:]).clip(0, 1)
+    copies = taught.variants > 0
+    assert copies.sum() == 12
+    assert (taught.scores[~copies] == plain.scores[~copies]).all()
+    assert (taught.scores[copies] == answers[copies]).all()
+    assert (again.scores == taught.scores).all() and (plain.scores[copies] != taught.scores[copies]).any()
