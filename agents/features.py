@@ -59,9 +59,20 @@ class EntityFeatures(BaseFeaturesExtractor):
             rows = torch.cat([self.encoders[kind](given.rows[kind]) for kind in self.capacities])
             rows = torch.relu(rows + self.context(given.own)[given.samples])
             rows = torch.relu(self.shared(rows))  # (present, hidden)
-            pooled = torch.segment_reduce(rows, "max", lengths=given.counts, initial=0.0)
+            pooled = greatest(rows, given.counts)
             features.append(pooled.view(len(self.capacities), -1, rows.shape[1]).transpose(0, 1).flatten(1))
         return torch.cat(features, dim=1)
+
+
+def greatest(rows: Tensor, counts: Tensor) -> Tensor:
+    """Return the maximum of each part of rows (num_rows, width) that are at least 0; 0 where a part is empty.
+
+    counts: (num_parts,) how many rows each part has. Equal rows (a table and the laptop on it stand at one place) share
+    the gradient; `torch.segment_reduce` gets it wrong for them.
+    """
+    parts = torch.repeat_interleave(torch.arange(len(counts)), counts)
+    nothing = torch.zeros(len(counts), rows.shape[1])
+    return nothing.scatter_reduce(0, parts[:, None].expand_as(rows), rows, "amax")
 
 
 class Described(NamedTuple):

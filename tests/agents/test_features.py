@@ -7,7 +7,7 @@ import pytest
 import torch
 from gymnasium import spaces
 
-from agents.features import EntityFeatures, closest_on_boxes, closest_on_segments, corridor, polar
+from agents.features import EntityFeatures, closest_on_boxes, closest_on_segments, corridor, greatest, polar
 from tests.agents.disc import CAPACITIES, WIDTHS, entities_space
 
 
@@ -102,3 +102,12 @@ def test_closest_point_of_a_segment(segment: list[float], closest: list[float]) 
 )
 def test_closest_point_of_a_box(box: list[float], closest: list[float]) -> None:
     np.testing.assert_allclose(closest_on_boxes(torch.tensor(box)), closest, atol=1e-5)
+
+
+def test_equal_rows_share_the_gradient_of_the_greatest() -> None:
+    rows = torch.tensor([[1.0, 5.0], [3.0, 2.0], [3.0, 4.0], [0.5, 0.5]], requires_grad=True)
+    counts = torch.tensor([3, 0, 1])
+    pooled = greatest(rows, counts)
+    assert pooled.tolist() == [[3.0, 5.0], [0.0, 0.0], [0.5, 0.5]]
+    (gradient,) = torch.autograd.grad(pooled.sum(), rows)
+    assert gradient.tolist() == [[0.0, 1.0], [0.5, 0.0], [0.5, 0.0], [1.0, 1.0]]
