@@ -96,7 +96,7 @@ def step_parts(steps: int) -> Parts:
     spent: defaultdict[str, float] = defaultdict(float)
     with ExitStack() as stack:
         timed: tuple[tuple[str, Any, str], ...] = (
-            ("physics and people", world_module, "_simulate"),
+            ("physics and people", world_module, "simulate"),
             ("snapshot and graph", Recorder, "record"),
             ("network", environment.reward.scorer, "score_windows"),
             ("observation", environment.observation, "observe"),

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from reward_model.jit import njit
-from socnav_env.layout import FloatArray, IntArray, Layout
+from socnav_env.layout import FloatArray, IntArray
 
 
 @njit
@@ -73,11 +73,6 @@ def closed_lines(corners: FloatArray) -> FloatArray:
         lines[index, :2] = corners[index]
         lines[index, 2:] = corners[(index + 1) % len(corners)]
     return lines
-
-
-def interaction_lines(layout: Layout, people_poses: FloatArray) -> FloatArray:
-    """(num_interactions, 4) x1, y1, x2, y2 [m] between those who interact, where people are now (num_people, 3)."""
-    return lines_between(layout.interaction_pairs, people_poses, layout.object_poses)
 
 
 @njit

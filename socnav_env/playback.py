@@ -11,7 +11,7 @@ import numpy as np
 from reward_model.graph import select_window
 from reward_model.scenario import Scores
 from socnav_env.config import EnvConfig
-from socnav_env.frames import interaction_lines
+from socnav_env.frames import lines_between
 from socnav_env.layout import FloatArray
 from socnav_env.snapshots import frames_per_window
 from socnav_env.trajectory import Trajectory
@@ -34,7 +34,7 @@ def view_at(trajectory: Trajectory, time: float, config: EnvConfig) -> SceneView
         view,
         robot_pose=robot_pose,
         people_poses=people_poses,
-        interaction_lines=interaction_lines(trajectory.layout, people_poses),
+        interaction_lines=_lines(trajectory, row, people_poses),
         trail=np.vstack([view.trail, robot_pose[:2]]),
         time=steps * config.control_period,
         outcome=None,
@@ -46,6 +46,12 @@ def _between(earlier: FloatArray, later: FloatArray, share: float) -> FloatArray
     change = later - earlier
     change[..., 2] = np.remainder(change[..., 2] + np.pi, 2 * np.pi) - np.pi
     return np.asarray(earlier + share * change)
+
+
+def _lines(trajectory: Trajectory, row: int, people_poses: FloatArray) -> FloatArray:
+    """Between those who interact at a row of the trajectory, people where they are said to be, (num_people, 3)."""
+    history = trajectory.interactions
+    return lines_between(history.pairs[history.present[row]], people_poses, trajectory.layout.object_poses)
 
 
 def view_of(trajectory: Trajectory, row: int, config: EnvConfig) -> SceneView:
@@ -66,7 +72,7 @@ def view_of(trajectory: Trajectory, row: int, config: EnvConfig) -> SceneView:
         object_poses=layout.object_poses,
         object_sizes=layout.object_sizes,
         object_kinds=layout.object_kinds,
-        interaction_lines=interaction_lines(layout, people_poses),
+        interaction_lines=_lines(trajectory, row, people_poses),
         trail=path[:, :2],
         trail_marks=path[select_window(times.tolist())[1:]],
         scores=None if np.isnan(scores).any() else Scores(*scores.tolist()),

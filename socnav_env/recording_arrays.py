@@ -54,6 +54,9 @@ SCRIPT_ARRAYS: Final[dict[str, tuple[str, Shape]]] = {  # only in recordings of 
     "script_delays": ("float64", ("people",)),
     "script_endings": ("int64", ("people",)),
 }
+CHANGE_ARRAYS: Final[dict[str, tuple[str, Shape]]] = {  # only where people joined or left a conversation
+    "interaction_changes": ("int64", ("changes", 4)),
+}
 # What NumPy and zipfile raise for damaged files: wrong sums, sizes, names, unknown kinds of compression.
 DAMAGE: Final = (
     ValueError,
@@ -87,6 +90,8 @@ def arrays_of(trajectory: Trajectory) -> Arrays:
     arrays |= {name: getattr(layout, name) for name in LAYOUT_ARRAYS if name not in arrays}
     if layout.script is not None:
         arrays |= {name: getattr(layout.script, name.removeprefix(SCRIPT)) for name in SCRIPT_ARRAYS}
+    if len(trajectory.interaction_changes):
+        arrays |= {name: getattr(trajectory, name) for name in CHANGE_ARRAYS}
     return arrays | {name: getattr(trajectory, name) for name in STATE_ARRAYS}
 
 
@@ -145,13 +150,15 @@ def trajectory_of(arrays: Arrays, layout: Layout, config: EnvConfig, outcome: ob
         raise RecordingError(f"{place}: script_commands must be {config.warm_up_steps} as config says, got {told}")
     if not (np.diff(arrays["times"]) > 0).all():
         raise RecordingError(f"{place}: times must rise")
+    if _changes_in(arrays):
+        _check_changes(arrays["interaction_changes"], steps, layout.num_people, place)
     return Trajectory(
         layout=layout,
         robot_radius=config.robot.radius,
         people_radius=config.people.radius,
         top_speed=config.robot.top_speed,
         outcome=None if outcome is None else Outcome(str(outcome)),
-        **{name: arrays[name] for name in STATE_ARRAYS},
+        **{name: arrays[name] for name in (STATE_ARRAYS | _changes_in(arrays))},
     )
 
 
@@ -169,10 +176,27 @@ def _has_script(arrays: Arrays) -> bool:
     return any(name in arrays for name in SCRIPT_ARRAYS)
 
 
+def _changes_in(arrays: Arrays) -> dict[str, tuple[str, Shape]]:
+    return {name: rule for name, rule in CHANGE_ARRAYS.items() if name in arrays}
+
+
+def _check_changes(changes: NDArray[np.int64], steps: int, num_people: int, place: str) -> None:
+    """Refuse changes of interactions that cannot have been."""
+    rows, one, other, begins = changes.T
+    possible = (rows >= 0) & (rows <= steps) & (one >= 0) & (one < other) & (other < num_people)
+    possible &= (begins == 0) | (begins == 1)
+    possible[1:] &= np.diff(rows) >= 0
+    for change in changes[~possible][:1].tolist():
+        raise RecordingError(
+            f"{place}: interaction_changes must be rising rows up to {steps}, two of {num_people} people, lower index "
+            f"first, and 0 or 1, got {change}"
+        )
+
+
 def _check(arrays: Arrays, place: str) -> None:
     """Refuse arrays that are missing, of another type or shape, or not finite."""
     sizes: dict[str, int] = {}
-    expected = LAYOUT_ARRAYS | STATE_ARRAYS | (SCRIPT_ARRAYS if _has_script(arrays) else {})
+    expected = LAYOUT_ARRAYS | STATE_ARRAYS | (SCRIPT_ARRAYS if _has_script(arrays) else {}) | _changes_in(arrays)
     for name, (dtype, shape) in expected.items():
         if name not in arrays:
             raise RecordingError(f"{place}: {name} is missing")

@@ -35,7 +35,7 @@ def look(world: World, sensors: SensorConfig) -> Sight:
         world.people_velocities,
         layout.object_poses,
         layout.object_sizes,
-        layout.interaction_pairs,
+        world.interactions.pairs,
     )
     seen = _in_view(world, sensors) if sensors.is_limited else None
     if sensors.is_noisy:

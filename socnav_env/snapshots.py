@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from reward_model import scenario
 from reward_model.graph import FRAME_SPACING, NUM_FRAMES, FrameGraph, check_links, wall_segments
 from reward_model.graph_kernels import Entities, FrameArrays, frame_arrays
 from reward_model.jit import njit
-from reward_model.scenario import DEFAULT_INTERVAL, Interactions, Objects, People, Snapshot
+from reward_model.scenario import DEFAULT_INTERVAL, Objects, People, Snapshot
 from socnav_env.frames import closed_lines, points_in_frame, pose_rates, poses_in_frame
+from socnav_env.interactions import Interactions
 from socnav_env.layout import FloatArray, IntArray
 
 if TYPE_CHECKING:
@@ -46,6 +48,7 @@ class _State(NamedTuple):
     command: FloatArray
     robot_pose: FloatArray
     people_poses: FloatArray
+    interactions: Interactions
 
 
 class Recorder:
@@ -64,7 +67,6 @@ class Recorder:
         self._control_period = control_period
         # SocNav2's recordings list walls clockwise, and the published network's answers depend on it.
         corners = np.ascontiguousarray(layout.room.corners[::-1])
-        self._interactions = Interactions(layout.interaction_pairs + 1, layout.interaction_relations)
         self._scene = _Scene(
             ids=np.arange(1, layout.num_people + layout.num_objects + 1),
             objects=layout.object_poses,
@@ -72,7 +74,7 @@ class Recorder:
             goal=layout.goal,
             corners=corners,
             segments=wall_segments(closed_lines(corners)),
-            pairs=self._interactions.pairs,
+            pairs=world.interactions.pairs + 1,
         )
         capacity = frames_per_window(control_period)
         self._ages = range(0, capacity, (capacity - 1) // (NUM_FRAMES - 1))  # in control periods
@@ -84,6 +86,8 @@ class Recorder:
     def record(self) -> None:
         """Take a snapshot of the world as it is now; once after every control period."""
         earlier, now = self._states[-1], self._state()
+        if now.interactions is not earlier.interactions:
+            self._scene = self._scene._replace(pairs=now.interactions.pairs + 1)
         arrays = _frame(
             self._scene,
             earlier.robot_pose,
@@ -110,7 +114,7 @@ class Recorder:
 
     def _state(self) -> _State:
         world = self._world
-        return _State(world.time, world.command, world.robot_pose, world.people_poses)
+        return _State(world.time, world.command, world.robot_pose, world.people_poses, world.interactions)
 
     def _snapshot(self, earlier: _State, now: _State) -> Snapshot:
         scene, num_people = self._scene, len(now.people_poses)
@@ -126,7 +130,7 @@ class Recorder:
             people=People(ids[:num_people], poses[:num_people], velocities[:num_people]),
             objects=Objects(ids[split], poses[split], velocities[split], scene.sizes),
             walls=walls,
-            interactions=self._interactions,
+            interactions=scenario.Interactions(now.interactions.pairs + 1, now.interactions.relations),
             robot_pose=now.robot_pose,
         )
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from socnav_env.layout import FloatArray, Layout
+from socnav_env.interactions import NO_CHANGES, History, history_of
+from socnav_env.layout import FloatArray, IntArray, Layout
 from socnav_env.outcomes import Outcome
 
 if TYPE_CHECKING:
@@ -32,6 +33,8 @@ class Trajectory:
     people_targets: (n + 1, num_people, 2) [m] where those who walk were on their way to in the step
     commands: (n, 3) forward [m/s], to the left [m/s] and turn rate [rad/s] that the robot was given for each step
     scores: (n, 2) q1 and q2 after each step
+    interaction_changes: (num_changes, 4) in order: from which row on, which two people, lower index first, and whether
+        they have begun (1) or ended (0) to talk with each other; row 0: before the start
     outcome: how it ended; None where that is not known, or the episode was broken off
     """
 
@@ -48,9 +51,15 @@ class Trajectory:
     commands: FloatArray
     scores: FloatArray
     outcome: Outcome | None
+    interaction_changes: IntArray = field(default_factory=NO_CHANGES.copy)
 
     def __len__(self) -> int:
         return len(self.scores)
+
+    @cached_property
+    def interactions(self) -> History:
+        """Who interacts when."""
+        return history_of(self.layout, self.interaction_changes, len(self) + 1)
 
     @cached_property
     def durations(self) -> FloatArray:
@@ -136,6 +145,7 @@ class TrajectoryRecorder:
             commands=self._commands[: self._steps].copy(),
             scores=self._scores[: self._steps].copy(),
             outcome=outcome,
+            interaction_changes=self._world.interaction_changes,
         )
 
     def _write_state(self) -> None:

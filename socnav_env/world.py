@@ -11,24 +11,23 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reward_model.jit import njit
 from socnav_env.config import EnvConfig
+from socnav_env.conversations import Conversations
 from socnav_env.frames import pose_rates
 from socnav_env.geometry import box_distances, boxes_of, wall_distances
+from socnav_env.interactions import Interactions, circles_of, interactions_of, talking
 from socnav_env.layout import BoolArray, FloatArray, IntArray, Layout, Script
-from socnav_env.motors import STANDING, Motion, Motors, approach
-from socnav_env.pedestrians import anyone_needs_target, first_in_sight, walk
+from socnav_env.motors import STANDING, Motors
+from socnav_env.pedestrians import anyone_needs_target
 from socnav_env.people_config import ORCA, STAND
-from socnav_env.physics import Bodies, Physics, physics_step
+from socnav_env.physics import Physics
 from socnav_env.routes import Routes
-from socnav_env.walkers import Habits, Surroundings, Walkers, habits_of, in_need_of_target, walkers_of
+from socnav_env.stepping import move, simulate, state_of
+from socnav_env.targets import pick_targets
+from socnav_env.walkers import Surroundings, habits_of, in_need_of_target, walkers_of
 
 if TYPE_CHECKING:
     from socnav_env.orca import OrcaWalk
-
-TARGET_CANDIDATES = 32
-TARGET_SPREAD = 0.25  # share of the interval between targets by which it varies
-MIN_WALK = 1.0  # m to a new target, at least
 
 
 @dataclass(frozen=True)
@@ -57,9 +56,10 @@ class World:
 
     def __init__(self, layout: Layout, config: EnvConfig, rng: np.random.Generator):
         self.layout, self.config, self._rng = layout, config, rng
+        self._interactions = interactions_of(layout)
         self.random_state = rng.bit_generator.state
         self._periods = -config.warm_up_steps
-        self._walks = layout.people_walk & (config.people.model != STAND)
+        self._walks = self._who_walks()
         self._walker_rows = np.flatnonzero(self._walks)
         self._walls = layout.room.walls
         self._boxes = boxes_of(layout.object_poses, layout.object_sizes)
@@ -78,6 +78,7 @@ class World:
         )
         self._orca = self._orca_walk()
         self._physics.fill(self._walkers.group, self._around)
+        self._conversations = self._changing_conversations()
         self._routes: Routes | None = None
         self._read()
         if layout.script is not None:
@@ -99,8 +100,12 @@ class World:
         people = self.config.people
         if self._routes is not None:
             self._routes.follow(self._walkers, self._bodies, self.time)
+        if self._conversations is not None:
+            row = max(self._periods + 1, 0)
+            self._conversations.update(row, self._walkers, self._bodies, self._around, self._rng)
         if anyone_needs_target(self._walkers.time_left, self._walkers.blocked, people.patience):
-            self._pick_targets(in_need_of_target(self._walkers, people.patience))
+            needed, places = in_need_of_target(self._walkers, people.patience), self._bodies[:-1, :2]
+            pick_targets(needed, self._walkers, places, self.layout, self._off_limits(), self.config, self._rng)
         notice = 1.0 if self._periods < 0 else people.robot_visibility
         self._simulate(notice)
         self._periods += 1
@@ -154,6 +159,17 @@ class World:
         return targets
 
     @property
+    def interactions(self) -> Interactions:
+        """Who interacts now: the same object until that changes, not to be written to."""
+        return self._interactions if self._conversations is None else self._conversations.interactions
+
+    @property
+    def interaction_changes(self) -> IntArray:
+        """(num_changes, 4) who has begun or ended to talk with whom; see `Trajectory`."""
+        changes = [] if self._conversations is None else self._conversations.changes
+        return np.array(changes, dtype=np.int64).reshape(-1, 4)
+
+    @property
     def contacts(self) -> Contacts:
         """What the robot touched during the last control period."""
         _, _, person, obstacle, wall = self._touched.tolist()
@@ -192,7 +208,7 @@ class World:
     def _read(self) -> None:
         """Note poses and velocities as they are after a control period: they are asked for many times."""
         standing, period = self.layout.people_poses, self.config.control_period
-        state = _state_of(self._bodies, self._before, self._walker_rows, standing, period)
+        state = state_of(self._bodies, self._before, self._walker_rows, standing, period)
         self._robot_pose, self._robot_velocity, self._people_poses, self._people_velocities = state
 
     def _take_up(self, script: Script) -> None:
@@ -222,11 +238,11 @@ class World:
         stop_distance = notice * self.config.people.stop_distance
         bodies, motion, walkers = self._physics.bodies, self._motors.motion, self._walkers
         if self._orca is None:
-            _simulate(count, step, bodies, motion, walkers, stop_distance, notice, self._around, self._habits)
+            simulate(count, step, bodies, motion, walkers, stop_distance, notice, self._around, self._habits)
             return
         for _ in range(count):
             self._orca.walk(step, bodies.states, walkers, stop_distance, notice, self._habits, bodies.velocities)
-            _move(step, bodies, motion)
+            move(step, bodies, motion)
 
     def _orca_walk(self) -> OrcaWalk | None:
         if self.config.people.model != ORCA:
@@ -236,92 +252,34 @@ class World:
         config = self.config
         return OrcaWalk(config.people, config.robot.radius, self._around, len(self._walker_rows), config.physics_step)
 
+    def _who_walks(self) -> BoolArray:
+        if self.config.people.model == STAND:
+            return np.zeros(self.layout.num_people, dtype=np.bool_)
+        if self._conversations_change():
+            return self.layout.people_walk | talking(self.layout)
+        return self.layout.people_walk
+
+    def _conversations_change(self) -> bool:
+        """A scenario's people do what its script says instead."""
+        config = self.config
+        return config.population.conversations.change and config.people.model != STAND and self.layout.script is None
+
+    def _changing_conversations(self) -> Conversations | None:
+        if not self._conversations_change():
+            return None
+        return Conversations(self.layout, self.config, self._walker_rows, self._walkers, self._bodies[:-1, :3])
+
+    def _off_limits(self) -> Surroundings:
+        """What nobody picks a target in or beyond: all that stands, and the space between three or more who talk."""
+        discs = [self._around.discs, circles_of(self.interactions, self._people_poses)]
+        if self._conversations is not None:
+            talkers = self._bodies[self._conversations.talkers(), :3].copy()
+            talkers[:, 2] = self.config.people.radius
+            discs.append(talkers)
+        return self._around._replace(discs=np.vstack(discs))
+
     def _surroundings(self) -> Surroundings:
         standing = self.layout.people_poses[~self._walks]
         discs = standing.copy()
         discs[:, 2] = self.config.people.radius
         return Surroundings(self._walls, discs, self._boxes)
-
-    def _pick_targets(self, needed: BoolArray) -> None:
-        """Give new targets to the groups of those who need one; whoever finds none waits and looks again."""
-        walkers, people = self._walkers, self.config.people
-        for group in np.unique(walkers.group[needed]):
-            members = walkers.group == group
-            spread = walkers.spacing[members][0] * (members.sum() - 1) / 2
-            target = self._sample_target(self._bodies[:-1, :2][members].mean(axis=0), people.clearance + spread)
-            walkers.blocked[members] = 0.0
-            if target is None:
-                walkers.time_left[members] = people.patience
-                continue
-            walkers.target[members] = target
-            interval = people.target_interval * self._rng.uniform(1 - TARGET_SPREAD, 1 + TARGET_SPREAD)
-            walkers.time_left[members] = interval
-
-    def _sample_target(self, start: FloatArray, margin: float) -> FloatArray | None:
-        """A free place in sight of `start` and off the goal; None where none was found."""
-        lower, upper = self.layout.room.corners.min(axis=0), self.layout.room.corners.max(axis=0)
-        places = self._rng.uniform(lower, upper, (TARGET_CANDIDATES, 2))
-        far = np.hypot(*(places - start).T) >= MIN_WALK
-        off_goal = np.hypot(*(places - self.layout.goal).T) >= self.config.people.clearance + self.robot_radius
-        places = places[far & off_goal]
-        index = first_in_sight(start, places, margin, *self._around)
-        return places[index] if index >= 0 else None
-
-
-@njit
-def _simulate(
-    count: int,
-    step: float,
-    bodies: Bodies,
-    motion: Motion,
-    walkers: Walkers,
-    stop_distance: float,
-    notice: float,
-    around: Surroundings,
-    habits: Habits,
-) -> None:
-    """Take so many physics steps of so many seconds; see `walk` for what is needed of people."""
-    for _ in range(count):
-        walk(step, bodies.states, walkers, stop_distance, notice, around, habits, bodies.velocities)
-        _move(step, bodies, motion)
-
-
-@njit
-def _move(step: float, bodies: Bodies, motion: Motion) -> None:
-    """Take a physics step, the robot as its motors drive it and people as they walk."""
-    _drive(step, bodies, motion)
-    physics_step(bodies, step)
-
-
-@njit
-def _drive(step: float, bodies: Bodies, motion: Motion) -> None:
-    """Set the robot's velocity: along the heading that it has halfway through the step, none once it touches."""
-    if bodies.touched.any():
-        motion.velocity[:] = 0.0
-        bodies.velocities[-1] = 0.0
-        return
-    approach(motion, step)
-    forward, left, turn_rate = motion.velocity
-    heading = bodies.states[-1, 2] + turn_rate * step / 2
-    cosine, sine = math.cos(heading), math.sin(heading)
-    velocity = bodies.velocities[-1]
-    velocity[0], velocity[1], velocity[2] = forward * cosine - left * sine, forward * sine + left * cosine, turn_rate
-
-
-@njit
-def _state_of(
-    bodies: FloatArray, before: FloatArray, walkers: IntArray, standing: FloatArray, period: float
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """The robot's pose and velocity, (3,), and people's, (num_people, 3).
-
-    bodies: (num_walkers + 1, 6) as pymunk has them, the robot last; before: (num_walkers + 1, 3) a period ago
-    walkers: (num_walkers,) which people walk; standing: (num_people, 3) where the others are
-    """
-    poses, velocities = standing.copy(), np.zeros_like(standing)
-    for row in range(len(walkers)):
-        poses[walkers[row]] = bodies[row, :3]
-        velocities[walkers[row]] = (bodies[row, :3] - before[row]) / period
-        poses[walkers[row], 2] -= 2 * math.pi * np.rint(bodies[row, 2] / (2 * math.pi))
-    pose, velocity = bodies[-1, :3].copy(), (bodies[-1, :3] - before[-1]) / period
-    pose[2] -= 2 * math.pi * np.rint(pose[2] / (2 * math.pi))
-    return pose, velocity, poses, velocities

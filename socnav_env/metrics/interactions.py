@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
-from socnav_env.config import TALKING
-from socnav_env.layout import FloatArray, Layout
+from socnav_env.interactions import interactions_at, linked_groups
+from socnav_env.layout import FloatArray
 from socnav_env.metrics.values import share_of_time
 from socnav_env.trajectory import Trajectory
 
@@ -22,7 +24,8 @@ def interaction_crossings(trajectory: Trajectory) -> float:
     sides = np.sign(beside)
     for row in np.flatnonzero((sides[1:] == 0).any(axis=1)) + 1:  # who stands on a line has not crossed it yet
         sides[row] = np.where(sides[row] == 0, sides[row - 1], sides[row])
-    crossed = sides[:-1] * sides[1:] < 0
+    present = trajectory.interactions.present
+    crossed = (sides[:-1] * sides[1:] < 0) & present[:-1] & present[1:]
     before, after = beside[:-1][crossed], beside[1:][crossed]
     shares = before / (before - after)
     places = along[:-1][crossed] * (1 - shares) + along[1:][crossed] * shares
@@ -35,7 +38,8 @@ def interaction_time(trajectory: Trajectory) -> float:
     along, beside, lengths = _relative_to_lines(trajectory)
     beyond = np.maximum(np.maximum(-along, along - lengths), 0.0)
     clearances = np.hypot(beyond, beside)[1:] - trajectory.robot_radius
-    return float(np.dot((clearances <= NEAR_INTERACTION).any(axis=1), trajectory.durations))
+    near = (clearances <= NEAR_INTERACTION) & trajectory.interactions.present[1:]
+    return float(np.dot(near.any(axis=1), trajectory.durations))
 
 
 def group_intrusion(trajectory: Trajectory) -> float:
@@ -44,24 +48,15 @@ def group_intrusion(trajectory: Trajectory) -> float:
     The members of a group are linked by conversations of two, who stand. Its circle lies around their mean place and
     its radius is their mean distance from there: two who talk stand at the ends of its diameter.
     """
-    intruding = np.zeros(len(trajectory), dtype=np.bool_)
-    for members in standing_groups(trajectory.layout):
-        places = trajectory.people_poses[1:, members, :2]
-        center = places.mean(axis=1)
-        radius = _lengths(places - center[:, None]).mean(axis=1)
-        intruding |= _lengths(trajectory.robot_poses[1:, :2] - center) < radius
-    return share_of_time(intruding, trajectory.durations)
-
-
-def standing_groups(layout: Layout) -> list[list[int]]:
-    """Who stands together: the people that conversations link, directly or through others, in rising order."""
-    groups: list[set[int]] = []
-    for pair, relation in zip(layout.interaction_pairs.tolist(), layout.interaction_relations, strict=True):
-        if relation == TALKING:
-            linked = [group for group in groups if not group.isdisjoint(pair)]
-            groups = [group for group in groups if group.isdisjoint(pair)]
-            groups.append(set(pair).union(*linked))
-    return [sorted(group) for group in groups]
+    intruding = np.zeros(len(trajectory) + 1, dtype=np.bool_)
+    changes = trajectory.interaction_changes
+    for begin, end in pairwise([*np.unique([0, *changes[:, 0]]).tolist(), len(intruding)]):
+        for members in linked_groups(interactions_at(begin, trajectory.layout, changes)):
+            places = trajectory.people_poses[begin:end, members, :2]
+            center = places.mean(axis=1)
+            radius = _lengths(places - center[:, None]).mean(axis=1)
+            intruding[begin:end] |= _lengths(trajectory.robot_poses[begin:end, :2] - center) < radius
+    return share_of_time(intruding[1:], trajectory.durations)
 
 
 def _relative_to_lines(trajectory: Trajectory) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -72,7 +67,7 @@ def _relative_to_lines(trajectory: Trajectory) -> tuple[FloatArray, FloatArray, 
     rows = len(trajectory.people_poses)
     objects = np.broadcast_to(trajectory.layout.object_poses[:, :2], (rows, trajectory.layout.num_objects, 2))
     places = np.concatenate([trajectory.people_poses[:, :, :2], objects], axis=1)
-    ends = places[:, trajectory.layout.interaction_pairs]
+    ends = places[:, trajectory.interactions.pairs]
     lines = ends[:, :, 1] - ends[:, :, 0]
     lengths = _lengths(lines)
     directions = lines / np.where(lengths == 0, 1.0, lengths)[..., None]

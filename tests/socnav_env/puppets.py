@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from socnav_env.interactions import NO_CHANGES, interactions_of
 from socnav_env.layout import FloatArray, Layout, ObjectKind, Room
 
 PEOPLE_RADIUS = 0.25  # m
@@ -45,6 +46,8 @@ class PuppetWorld:
         self.robot_pose = self.layout.robot_pose.copy()
         self.robot_velocity = np.zeros(3)
         self.command = np.zeros(3)
+        self.interactions = interactions_of(self.layout)
+        self.interaction_changes = NO_CHANGES
         self.people_poses = self.layout.people_poses.copy()
         self.people_velocities = np.zeros((self.layout.num_people, 3))
         self.people_targets = self.layout.people_poses[:, :2].copy()

@@ -3,7 +3,7 @@ import pytest
 
 from socnav_env.frames import (
     closed_lines,
-    interaction_lines,
+    lines_between,
     points_in_frame,
     pose_rates,
     poses_in_frame,
@@ -48,15 +48,9 @@ def test_closed_lines_return_to_the_first_corner() -> None:
     np.testing.assert_array_equal(closed_lines(corners), [[0, 0, 2, 0], [2, 0, 0, 1], [0, 1, 0, 0]])
 
 
-def test_interaction_lines_join_people_where_they_are_now_with_objects() -> None:
-    layout = make_layout(
-        interaction_pairs=np.array([[0, 1], [1, 3]]),
-        interaction_relations=("two_static_person_talking", "human_laptop_interaction"),
-    )
+def test_lines_join_people_where_they_are_now_with_objects() -> None:
     people = np.array([[0.5, 0.6, 0.0], [0.7, 0.8, 0.0]])
-    np.testing.assert_array_equal(interaction_lines(layout, people), [[0.5, 0.6, 0.7, 0.8], [0.7, 0.8, -2.0, 0.0]])
-
-
-def test_nobody_interacts() -> None:
-    layout = make_layout(interaction_pairs=np.zeros((0, 2), dtype=np.int64), interaction_relations=())
-    assert interaction_lines(layout, layout.people_poses).shape == (0, 4)
+    objects = make_layout().object_poses
+    lines = lines_between(np.array([[0, 1], [1, 3]]), people, objects)
+    np.testing.assert_array_equal(lines, [[0.5, 0.6, 0.7, 0.8], [0.7, 0.8, -2.0, 0.0]])
+    assert lines_between(np.zeros((0, 2), dtype=np.int64), people, objects).shape == (0, 4)

@@ -18,8 +18,8 @@ from socnav_env.config import (
     EnvConfig,
 )
 from socnav_env.geometry import box_distances, boxes_of, inside_each, wall_distances
+from socnav_env.interactions import standing_groups
 from socnav_env.layout import Layout, ObjectKind
-from socnav_env.metrics.interactions import standing_groups
 from socnav_env.population import sample_layout
 from socnav_env.rooms import is_reachable
 
