@@ -11,12 +11,14 @@ from gymnasium import spaces
 from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from torch import Tensor, nn
 
+from agents.arcs import FAR, NUM_CLEARANCES, arc_clearances
 from agents.clearance import SIGHT, free_distances
 
 POSITION_SCALE = 0.2  # 1/m, so that a room's positions lie within about -2..2
 NEARNESS_SOFTENING = 0.3  # m, nearness is 1 / (distance + this)
 POLAR_WIDTH = 6  # what `polar` makes of a point
 NUM_HEADINGS = 36  # directions the robot looks in
+CLOSENESS_SOFTENING = 0.1  # m, likewise of clearances on the arcs
 CORRIDOR_WIDTH = 3  # and `corridor`
 ASIDE = 1.5  # m, further aside than this is out of the way
 TINY = 1e-6  # m, keeps directions finite at the origin
@@ -30,7 +32,8 @@ class EntityFeatures(BaseFeaturesExtractor):
     attributes. A type's encoder lifts that to `hidden` numbers, to which the encoded robot and goal are added; a
     second layer, shared by all types, follows, and then the maximum over the members of each type, 0 where there
     are none. A type that the configuration rules out has no part in it. Beside these stand the robot's state, the
-    goal and the free distances along headings counted from the one towards the goal, in one layer of 2 * `hidden`.
+    goal, the free distances along headings counted from the one towards the goal, and the clearances on the arcs that
+    the robot can drive, in one layer of 2 * `hidden`.
 
     Reordering the rows of a type, or changing rows whose mask is 0, changes nothing.
 
@@ -48,7 +51,7 @@ class EntityFeatures(BaseFeaturesExtractor):
         )
         own_width = _length(observation_space, "robot") + POLAR_WIDTH
         self.context = nn.Linear(own_width, hidden)
-        self.own = nn.Linear(own_width + 2 * NUM_HEADINGS, 2 * hidden)
+        self.own = nn.Linear(own_width + 2 * (NUM_HEADINGS + NUM_CLEARANCES), 2 * hidden)
         self.shared = nn.Linear(hidden, hidden)
 
     def forward(self, observations: dict[str, Tensor] | Described) -> Tensor:
@@ -81,7 +84,7 @@ class Described(NamedTuple):
     Entities that are present stand below each other, type after type and within a type sample after sample.
 
     own: (batch, robot + 6) the robot's state and the goal as `polar` gives it
-    free: (batch, 2 * num_headings) see `look_around`
+    free: (batch, 2 * (num_headings + num_clearances)) see `look_around`
     rows: of each type (present, width), see `describe`
     samples: (present,) whose entity each row is, all types in one
     counts: (types * batch,) how many rows each type of each sample has
@@ -136,10 +139,22 @@ def describe(observations: dict[str, Tensor], capacities: dict[str, int]) -> dic
 
 
 def look_around(goal: Tensor, rows: dict[str, Tensor], masks: dict[str, Tensor]) -> Tensor:
-    """Return the free distances, scaled, and their nearness, (batch, 2 * num_headings); heading 0 is the goal's."""
+    """Return free distances, clearances on arcs, and the nearness of both, 36 and 56 numbers each.
+
+    Distances and clearances are scaled to 0..1, heading 0 is the goal's.
+    """
     headings = torch.arange(NUM_HEADINGS, device=goal.device) * (2 * math.pi / NUM_HEADINGS)
     free = free_distances(rows, masks, torch.atan2(goal[:, 1:], goal[:, :1]) + headings)
-    return torch.cat([free / SIGHT, NEARNESS_SOFTENING / (free + NEARNESS_SOFTENING)], dim=1)
+    left = arc_clearances(rows, masks, goal).clamp(min=0.0)
+    return torch.cat(
+        [
+            free / SIGHT,
+            NEARNESS_SOFTENING / (free + NEARNESS_SOFTENING),
+            left / FAR,
+            CLOSENESS_SOFTENING / (left + CLOSENESS_SOFTENING),
+        ],
+        dim=1,
+    )
 
 
 def polar(points: Tensor) -> Tensor:

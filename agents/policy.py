@@ -21,7 +21,7 @@ State = tuple[NDArray[Any], ...] | None
 
 AGENT_FILE = "agent.safetensors"
 SHIPPED_FOLDER = Path(__file__).parent / "weights"
-AGENT_LAYOUT = "socnav2-agent-1"
+AGENT_LAYOUT = "socnav2-agent-2"
 
 
 @runtime_checkable

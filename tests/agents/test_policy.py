@@ -50,7 +50,7 @@ def test_other_files_are_refused(tmp_path: Path) -> None:
         load_agent(text)
     tensors = tmp_path / "other.safetensors"
     save_file({"weight": np.zeros(2, np.float32)}, tensors)
-    with pytest.raises(AgentError, match="its header must describe a socnav2-agent-1, got nothing"):
+    with pytest.raises(AgentError, match="its header must describe a socnav2-agent-2, got nothing"):
         load_agent(tensors)
 
 
