@@ -1,205 +1,206 @@
-"""Steps a second of `SocNav2-v0` in one process, and where the time goes: `python -m benchmarks.environment`.
-
-Rates: single environments by reward, and vector environments with the learned reward by their number of worlds. All
-play from the same seeds with random actions and take turns, so that a machine that slows down slows all of them down.
-Resets are made but do not count. Figures are medians over the runs, with the slowest and the fastest.
-
-Parts: microseconds of a step in a single environment with the learned reward, and of a reset: medians, and what the
-fastest twentieth stay below.
-"""
+"""How fast `SocNav2-v0` is, and where the time of a step goes."""
 
 from __future__ import annotations
 
-import json
+import math
+import os
 import time
 from collections import defaultdict
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
-from pathlib import Path
-from statistics import median
-from typing import Any
+from collections.abc import Sequence
+from contextlib import ExitStack
+from typing import Any, Final
 
-import gymnasium as gym
 import numpy as np
-import torch
-import tyro
-from gymnasium.vector import AutoresetMode
-from rich.console import Console
-from rich.table import Table
+import pymunk
+from numpy.typing import NDArray
 
-from reward_model.files import replace_file
+from benchmarks.figures import Figure
+from benchmarks.players import Seconds, make_single, make_vector, play_single, play_vector, timed
+from reward_model.jit import njit
+from socnav_env import snapshots as snapshots_module
 from socnav_env import world as world_module
+from socnav_env.config import EnvConfig, PopulationConfig
 from socnav_env.env import SocNavEnv
-from socnav_env.snapshots import Recorder
+from socnav_env.pedestrians import walk
+from socnav_env.rewards import REWARDS
+from socnav_env.walkers import Habits, Surroundings, Walkers
 
-REWARDS = ("learned", "q2", "crowdnav", "sparse")
+RATES, PARTS, SHARES, FLOOR, RESETS = "Steps", "Step", "Vector step", "Floor", "Reset"
+METHODS: Final = {
+    RATES: "steps a second, random actions, resets not counted; all take turns",
+    PARTS: "microseconds of a step of one environment with the learned reward; people are timed again by themselves, "
+    "physics is what they leave of the call that both are in",
+    SHARES: "microseconds of each world's step in a vector environment with the learned reward",
+    FLOOR: "microseconds with eight people who walk: pymunk's own steps of a control period, and a whole step with "
+    "crowdnav; they take turns",
+    RESETS: "milliseconds of a reset with its two seconds of warm-up",
+}
 SIZES = (1, 4, 16, 64)
-REFERENCE = "learned"  # what the others are compared with
-STEP, RESET = "whole step", "reset"
-SCENE_STEPS = 32  # that a single environment plays before it goes on to the next seed's scene
-
-Rates = dict[str, list[float]]
-Parts = dict[str, list[float]]
-Player = Callable[[int], float]  # plays so many steps and returns steps a second
+CROWD = EnvConfig(population=PopulationConfig(still=(0, 0), wandering=(8, 8), interactions=(0, 0)))
 
 
-@dataclass(frozen=True)
-class Options:
-    """How long to measure.
-
-    steps: environment steps in a run, of all worlds together
-    runs: of each environment
-    threads: that the network may use, for several worlds at a time
-    quick: a few steps of each, to see that it works and not how fast it is
-    output: a JSON file for the figures
-    """
-
-    steps: int = 2000
-    runs: int = 5
-    threads: int = 1
-    quick: bool = False
-    output: Path | None = None
-
-
-def main() -> None:
-    """Measure and print."""
-    options = tyro.cli(Options, description=__doc__)
-    steps, runs = (64, 2) if options.quick else (options.steps, options.runs)
-    torch.set_num_threads(options.threads)
-    rates, parts = measured_rates(steps, runs), step_parts(steps)
-    console = Console()
-    console.print(_rates_table(rates, steps, runs, options.threads))
-    console.print(_parts_table(parts))
-    if options.output is not None:
-        figures = {"steps": steps, "threads": options.threads, "steps_per_second": rates, "step_microseconds": parts}
-        replace_file(options.output, (json.dumps(figures, indent=2) + "\n").encode())
-
-
-def measured_rates(steps: int, runs: int) -> Rates:
-    """Steps a second of every environment in every run, after one that does not count."""
-    players = {reward: _single_player(reward) for reward in REWARDS}
-    players |= {f"learned, vector of {size}": _vector_player(size) for size in SIZES}
-    rates: Rates = {name: [] for name in players}
+def rates(steps: int, runs: int, sizes: Sequence[int]) -> list[Figure]:
+    """Steps a second of one environment and of vectors, by reward; and of worlds spread over all cores."""
+    single = {reward: make_single(reward=reward) for reward in REWARDS}
+    vectors: dict[str, Any] = {}
+    for reward in REWARDS:
+        vectors |= {f"{reward}, {size} worlds": make_vector(size, reward=reward) for size in sizes}
+    cores = os.cpu_count() or 1
+    for size in sizes[-2:]:
+        name = f"learned, {size} worlds, {cores} processes"
+        vectors[name] = make_vector(size, reward="learned", num_workers=min(cores, size))
+    values: dict[str, list[float]] = defaultdict(list)
     for run in range(runs + 1):
-        for name, play in players.items():
-            rate = play(steps)
-            if run > 0:
-                rates[name].append(rate)
-    return rates
+        played = {name: play_single(env, steps) for name, env in single.items()}
+        played |= {name: play_vector(envs, steps) for name, envs in vectors.items()}
+        for name, rate in played.items() if run > 0 else ():  # the first one warms up
+            values[name].append(rate)
+    for envs in vectors.values():
+        envs.close()
+    return [Figure(RATES, name, "1/s", values[name]) for name in sorted(values)]
 
 
-def step_parts(steps: int) -> Parts:
-    """Microseconds that each part of every step took."""
+def step_parts(steps: int) -> list[Figure]:
+    """What each part of every step takes: those within compiled code by doing them once more alone."""
     environment = SocNavEnv()
-    _play_single(environment, steps)
-    spent: defaultdict[str, float] = defaultdict(float)
+    play_single(environment, steps)
+    spent: Seconds = defaultdict(float)
+    rows: list[Seconds] = []
+
+    def note() -> None:
+        if spent["whole step"]:
+            spent["people"] = _people_alone(environment)
+            rows.append(spent.copy())
+        spent.clear()
+
     with ExitStack() as stack:
-        timed: tuple[tuple[str, Any, str], ...] = (
-            ("physics and people", world_module, "simulate"),
-            ("snapshot and graph", Recorder, "record"),
+        named: tuple[tuple[str, Any, str], ...] = (
+            ("world", world_module, "simulate"),
+            ("graph", snapshots_module, "_frame"),
             ("network", environment.reward.scorer, "score_windows"),
             ("observation", environment.observation, "observe"),
-            (STEP, environment, "step"),
-            (RESET, environment, "reset"),
+            ("whole step", environment, "step"),
         )
-        for part, owner, name in timed:
-            stack.enter_context(_timed(owner, name, part, spent))
-        rows: list[defaultdict[str, float]] = []
-
-        def note() -> None:
-            rows.append(spent.copy())
-            spent.clear()
-
-        _play_single(environment, steps, note)
-    steps_taken = [row for row in rows if row[STEP]]
-    parts = {part: [1e6 * row[part] for row in steps_taken] for part in steps_taken[0]}
-    named = [parts[part] for part in parts if part != STEP]
-    parts["all else"] = [whole - sum(rest) for whole, *rest in zip(parts[STEP], *named, strict=True)]
-    return parts | {RESET: [1e6 * row[RESET] for row in rows if row[RESET]]}
+        for part, owner, name in named:
+            stack.enter_context(timed(owner, name, part, spent))
+        play_single(environment, steps, note)
+    for row in rows:
+        row["physics"] = row["world"] - row["people"]
+        row["all else"] = row["whole step"] - sum(row[part] for part in ("world", "graph", "network", "observation"))
+    parts = ("physics", "people", "graph", "network", "observation", "all else", "whole step")
+    return [Figure(PARTS, part, "µs", [1e6 * row[part] for row in rows]) for part in parts]
 
 
-def _single_player(reward: str) -> Player:
-    environment = gym.make("SocNav2-v0", reward=reward, disable_env_checker=True)
-    return lambda steps: _play_single(environment, steps)
-
-
-def _play_single(environment: gym.Env[Any, Any], steps: int, after_call: Callable[[], object] = lambda: None) -> float:
-    """Play random actions in scene after scene, since some have many people, and return steps a second."""
-    seconds, seed, ended = 0.0, 0, True
-    for step, action in enumerate(np.random.default_rng(0).uniform(-1, 1, (steps, 2)).astype(np.float32)):
-        if ended or step % SCENE_STEPS == 0:
-            environment.reset(seed=seed)
-            after_call()
-            seed += 1
-        begin = time.perf_counter()
-        _, _, terminated, truncated, _ = environment.step(action)
-        seconds += time.perf_counter() - begin
-        after_call()
-        ended = terminated or truncated
-    return steps / seconds
-
-
-def _vector_player(num_envs: int) -> Player:
-    environments = gym.make_vec("SocNav2-v0", num_envs, autoreset_mode=AutoresetMode.DISABLED)
-
-    def play(steps: int) -> float:
-        seconds, rounds = 0.0, -(-steps // num_envs)
+def vector_parts(steps: int, num_envs: int) -> list[Figure]:
+    """What the reward costs a vector's step: the graphs and the network."""
+    environments = make_vector(num_envs, reward="learned")
+    play_vector(environments, steps)
+    spent: Seconds = defaultdict(float)
+    scorer = environments.envs[0].reward.scorer
+    with timed(snapshots_module, "_frame", "graph", spent), timed(scorer, "score_windows", "network", spent):
         environments.reset(seed=0)
-        for actions in np.random.default_rng(0).uniform(-1, 1, (rounds, num_envs, 2)).astype(np.float32):
+        rows = []
+        for actions in np.random.default_rng(0).uniform(-1, 1, (-(-steps // num_envs), num_envs, 2)):
+            spent.clear()
             begin = time.perf_counter()
             _, _, terminations, truncations, _ = environments.step(actions)
-            seconds += time.perf_counter() - begin
-            ended = terminations | truncations
-            if ended.any():
-                environments.reset(options={"reset_mask": ended})
-        return rounds * num_envs / seconds
+            spent["whole step"] = time.perf_counter() - begin
+            rows.append(spent.copy())
+            if (terminations | truncations).any():
+                environments.reset(options={"reset_mask": terminations | truncations})
+    figures = [
+        Figure(SHARES, part, "µs", [1e6 * row[part] / num_envs for row in rows])
+        for part in ("graph", "network", "whole step")
+    ]
+    shares = [100 * (row["graph"] + row["network"]) / row["whole step"] for row in rows]
+    return [*figures, Figure(SHARES, "graph and network of it", "%", shares)]
 
-    return play
 
-
-@contextmanager
-def _timed(owner: Any, name: str, part: str, spent: defaultdict[str, float]) -> Iterator[None]:
-    """Add the seconds that calls of a function take to `spent`."""
-    function, is_own = getattr(owner, name), name in vars(owner)
-
-    def timed(*args: Any, **kwargs: Any) -> Any:
+def floor(steps: int) -> list[Figure]:
+    """A whole step beside the physics steps in it, as pymunk takes them: what no environment on pymunk goes below."""
+    environment = make_single(reward="crowdnav", config=CROWD)
+    space, bodies = _bare_space()
+    bare, whole = [], []
+    ended = True
+    for step, action in enumerate(np.random.default_rng(0).uniform(-1, 1, (steps, 2)).astype(np.float32)):
+        if ended:
+            environment.reset(seed=step)
         begin = time.perf_counter()
-        try:
-            return function(*args, **kwargs)
-        finally:
-            spent[part] += time.perf_counter() - begin
-
-    setattr(owner, name, timed)
-    try:
-        yield
-    finally:
-        if is_own:
-            setattr(owner, name, function)
-        else:
-            delattr(owner, name)
-
-
-def _rates_table(rates: Rates, steps: int, runs: int, threads: int) -> Table:
-    title = f"Steps a second, one process, threads: {threads}, random actions, {runs} runs of {steps} steps"
-    table = Table(title=title)
-    for heading in ("environment", "median", "slowest", "fastest", f"median, {REFERENCE} = 1"):
-        table.add_column(heading, justify="left" if heading == "environment" else "right")
-    reference = median(rates[REFERENCE])
-    for name, values in rates.items():
-        figures = (median(values), min(values), max(values))
-        table.add_row(name, *(f"{value:,.0f}" for value in figures), f"{median(values) / reference:.2f}")
-    return table
+        _, _, terminated, truncated, _ = environment.step(action)
+        middle = time.perf_counter()
+        for _ in range(CROWD.substeps):
+            space.step(CROWD.physics_step)
+        end = time.perf_counter()
+        whole.append(1e6 * (middle - begin))
+        bare.append(1e6 * (end - middle))
+        for index, body in enumerate(bodies):  # walk in circles, which keep apart
+            angle = 0.02 * step + index * 2 * math.pi / len(bodies)
+            body.velocity = math.cos(angle), math.sin(angle)
+        ended = terminated or truncated
+    ratio = Figure(FLOOR, "whole step, bare physics = 1", "", [float(np.median(whole) / np.median(bare))])
+    return [Figure(FLOOR, "bare physics", "µs", bare), Figure(FLOOR, "whole step", "µs", whole), ratio]
 
 
-def _parts_table(parts: Parts) -> Table:
-    table = Table(title="Microseconds of a step, single environment, learned reward")
-    for heading in ("part", "median", "fastest 5 %"):
-        table.add_column(heading, justify="left" if heading == "part" else "right")
-    for part, values in sorted(parts.items(), key=lambda item: median(item[1])):
-        table.add_row(part, f"{median(values):,.0f}", f"{np.percentile(values, 5):,.0f}")
-    return table
+def resets(count: int) -> list[Figure]:
+    """How long drawing a scene and letting its warm-up pass takes."""
+    environment = make_single(reward="learned")
+    milliseconds = []
+    for seed in range(count + 1):
+        begin = time.perf_counter()
+        environment.reset(seed=seed)
+        milliseconds.append(1000 * (time.perf_counter() - begin))
+    return [Figure(RESETS, "learned", "ms", milliseconds[1:])]
 
 
-if __name__ == "__main__":
-    main()
+def _bare_space() -> tuple[pymunk.Space, list[pymunk.Body]]:
+    """A room with a robot and eight people, who are on the move, as a control period finds it."""
+    space = pymunk.Space()
+    side = 4.0
+    corners = [(-side, -side), (side, -side), (side, side), (-side, side)]
+    for start, end in zip(corners, corners[1:] + corners[:1], strict=True):
+        space.add(pymunk.Segment(space.static_body, start, end, 0.0))
+    bodies = []
+    for index in range(9):
+        body = pymunk.Body(1.0, math.inf)
+        body.position = 2.0 * (index % 3 - 1), 2.0 * (index // 3 - 1)
+        space.add(body, pymunk.Circle(body, 0.25))
+        bodies.append(body)
+    return space, bodies
+
+
+def _people_alone(environment: SocNavEnv) -> float:
+    """Seconds that the people of a control period take, as they stand now; nobody is moved."""
+    world = environment.world
+    bodies, config = world._physics.bodies, world.config
+    walkers = Walkers(*(values.copy() for values in world._walkers))
+    velocities = bodies.velocities.copy()
+    distance, notice = config.people.stop_distance, config.people.robot_visibility
+    begin = time.perf_counter()
+    _walk(
+        config.substeps,
+        config.physics_step,
+        bodies.states,
+        walkers,
+        distance,
+        notice,
+        world._around,
+        world._habits,
+        velocities,
+    )
+    return time.perf_counter() - begin
+
+
+@njit
+def _walk(
+    count: int,
+    step: float,
+    states: NDArray[np.float64],
+    walkers: Walkers,
+    stop_distance: float,
+    notice: float,
+    around: Surroundings,
+    habits: Habits,
+    velocities: NDArray[np.float64],
+) -> None:
+    for _ in range(count):
+        walk(step, states, walkers, stop_distance, notice, around, habits, velocities)

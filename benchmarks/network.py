@@ -1,0 +1,59 @@
+"""Scenes a second of the reward network, as environments ask for them, beside DGL."""
+
+from __future__ import annotations
+
+import time
+from collections import defaultdict
+from collections.abc import Callable, Sequence
+from typing import Any, Final
+
+import numpy as np
+
+from benchmarks.figures import Figure
+from benchmarks.players import Seconds, make_vector, timed
+from benchmarks.scoring import flushing_denormals, has_dgl
+from reward_model.scorer import load_scorer
+
+NETWORK: Final = "Network"
+METHODS: Final = {
+    NETWORK: "scenes a second of the default network, windows fresh from as many worlds; DGL one by one, with "
+    "denormals flushed, on the same windows"
+}
+BATCHES = (1, 16, 64, 256)
+ON_DGL = 4  # windows a batch that DGL scores as well
+
+
+def network_rates(steps: int, runs: int, batches: Sequence[int]) -> list[Figure]:
+    """Scenes a second by batch, of the compiled form and of DGL, and their ratio."""
+    on_dgl = flushing_denormals(load_scorer("default", form="dgl").score_windows) if has_dgl("default") else None
+    figures = []
+    for batch in batches:
+        compiled, dgl = _rates(batch, max(runs, steps // batch), runs, on_dgl)
+        figures.append(Figure(NETWORK, f"compiled, {batch} at once", "1/s", compiled))
+        if dgl:
+            ratio = float(np.median(compiled) / np.median(dgl))
+            figures += [Figure(NETWORK, f"DGL, windows of {batch} worlds", "1/s", dgl)]
+            figures += [Figure(NETWORK, f"compiled, {batch} at once, DGL = 1", "", [ratio])]
+    return figures
+
+
+def _rates(batch: int, rounds: int, runs: int, on_dgl: Callable[[Any], Any] | None) -> tuple[list[float], list[float]]:
+    """Play worlds with the learned reward, and have DGL score what they were judged by in a few of the steps."""
+    environments = make_vector(batch, reward="learned")
+    environments.reset(seed=0)
+    spent: Seconds = defaultdict(float)
+    compiled, dgl = [], []
+    with timed(environments.envs[0].reward.scorer, "score_windows", "network", spent):
+        for step, actions in enumerate(np.random.default_rng(0).uniform(-1, 1, (rounds + 1, batch, 2))):
+            spent.clear()
+            _, _, terminations, truncations, _ = environments.step(actions)
+            compiled.append(batch / spent["network"])
+            if on_dgl is not None and step <= runs:
+                windows = list(environments.call("window"))[:ON_DGL]
+                begin = time.perf_counter()
+                on_dgl(windows)
+                dgl.append(len(windows) / (time.perf_counter() - begin))
+            ended = terminations | truncations
+            if ended.any():
+                environments.reset(options={"reset_mask": ended})
+    return compiled[1:], dgl[1:]

@@ -1,0 +1,85 @@
+"""Environments that play random actions and say how fast they were, and functions that say how long they took."""
+
+from __future__ import annotations
+
+import time
+from collections import defaultdict
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.vector import AutoresetMode
+
+import socnav_env  # noqa: F401 - registers SocNav2-v0
+
+SCENE_STEPS = 32  # that a single environment plays before it goes on to the next seed's scene
+
+Seconds = defaultdict[str, float]
+
+
+def play_single(environment: gym.Env[Any, Any], steps: int, after_call: Callable[[], object] = lambda: None) -> float:
+    """Play random actions in scene after scene, since some have many people, and return steps a second.
+
+    after_call: called after every reset and every step, which it is no part of; resets do not count either
+    """
+    seconds, seed, ended = 0.0, 0, True
+    for step, action in enumerate(np.random.default_rng(0).uniform(-1, 1, (steps, 2)).astype(np.float32)):
+        if ended or step % SCENE_STEPS == 0:
+            environment.reset(seed=seed)
+            after_call()
+            seed += 1
+        begin = time.perf_counter()
+        _, _, terminated, truncated, _ = environment.step(action)
+        seconds += time.perf_counter() - begin
+        after_call()
+        ended = terminated or truncated
+    return steps / seconds
+
+
+def play_vector(environments: Any, steps: int) -> float:
+    """Play random actions and return steps a second, of all worlds together; resets are made but do not count."""
+    num_envs = environments.num_envs
+    seconds, rounds = 0.0, -(-steps // num_envs)
+    environments.reset(seed=0)
+    for actions in np.random.default_rng(0).uniform(-1, 1, (rounds, num_envs, 2)).astype(np.float32):
+        begin = time.perf_counter()
+        _, _, terminations, truncations, _ = environments.step(actions)
+        seconds += time.perf_counter() - begin
+        ended = terminations | truncations
+        if ended.any():
+            environments.reset(options={"reset_mask": ended})
+    return rounds * num_envs / seconds
+
+
+def make_single(**arguments: Any) -> gym.Env[Any, Any]:
+    """Make `SocNav2-v0` as users do, without the checker, which they would not leave on."""
+    return gym.make("SocNav2-v0", disable_env_checker=True, **arguments)
+
+
+def make_vector(num_envs: int, **arguments: Any) -> Any:
+    """Make a vector of it that resets nothing by itself."""
+    return gym.make_vec("SocNav2-v0", num_envs, autoreset_mode=AutoresetMode.DISABLED, **arguments)
+
+
+@contextmanager
+def timed(owner: Any, name: str, part: str, spent: Seconds) -> Iterator[None]:
+    """Add the seconds that calls of a function take to `spent`."""
+    function, is_own = getattr(owner, name), name in vars(owner)
+
+    def called(*args: Any, **kwargs: Any) -> Any:
+        begin = time.perf_counter()
+        try:
+            return function(*args, **kwargs)
+        finally:
+            spent[part] += time.perf_counter() - begin
+
+    setattr(owner, name, called)
+    try:
+        yield
+    finally:
+        if is_own:
+            setattr(owner, name, function)
+        else:
+            delattr(owner, name)
