@@ -36,7 +36,7 @@ Kind = Literal["static", "sequences"]
 SESSIONS_FOLDER: Final = "sessions"
 _PLAN_FILE: Final = "experiment.json"
 _RESULTS: Final = "results"  # .md and .json
-_HEADINGS: Final = ("network", "parameters", "epochs", "train MSE", "development MSE")
+_HEADINGS: Final = ("network", "parameters", "epoch kept", "train MSE", "development MSE")
 
 
 class Setting(NamedTuple):
@@ -224,11 +224,11 @@ def _rows(
         for question in own[best]["questions"]:
             image = error_histogram(answers[best], test.scores, question)
             replace_file(output / f"absolute_errors_{name}_{question}.png", image)
-        ensembles.append(Row(f"mean of {len(seeds)} {NAMES[name]}", [_tested(_mean(answers), test)]))
+        ensembles.append(Row(f"ensemble: mean of {len(seeds)} {NAMES[name]}", [_tested(_mean(answers), test)]))
         everything += answers
     if len(seeds) > 1:
         rows += ensembles
-    return [*rows, Row(f"mean of all {len(everything)}", [_tested(_mean(everything), test)])]
+    return [*rows, Row(f"ensemble: mean of all {len(everything)}", [_tested(_mean(everything), test)])]
 
 
 def _answers(checkpoint: Path, test: Examples) -> Float32Array:

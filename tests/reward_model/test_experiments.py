@@ -35,7 +35,12 @@ def test_an_experiment_is_one_table(data, tmp_path):
     table = experiment(data, "static", output, seeds=(0, 1))
     assert (output / "results.md").read_text() == table
     names = [line.split(" | ")[0].removeprefix("| ") for line in table.splitlines()]
-    assert [names[0], *names[2:]] == ["network", "GAT", "MPNN", "mean of 2 GAT", "mean of 2 MPNN", "mean of all 4"]
+    assert [names[0], *names[2:]] == [
+        "network",
+        "GAT",
+        "MPNN",
+        *(f"ensemble: mean of {each}" for each in ("2 GAT", "2 MPNN", "all 4")),
+    ]
     found = json.loads((output / "results.json").read_text())
     trainings = found["trainings"]
     assert sorted(trainings) == ["gat-0", "gat-1", "mpnn-0", "mpnn-1"]
@@ -46,7 +51,7 @@ def test_an_experiment_is_one_table(data, tmp_path):
     assert images == ["absolute_errors_gat_q1.png", "absolute_errors_mpnn_q1.png"]
     before = {path: path.stat().st_mtime_ns for path in output.glob("sessions/*/result.json")}
     again = experiment(data, "static", output, seeds=(0, 1, 2), resume=True)
-    assert "| mean of all 6 |" in again and len(list(output.glob("sessions/*/result.json"))) == 6
+    assert "| ensemble: mean of all 6 |" in again and len(list(output.glob("sessions/*/result.json"))) == 6
     assert before == {path: path.stat().st_mtime_ns for path in before}
 
 
@@ -73,7 +78,7 @@ def test_an_experiment_needs_something_to_test_on(data, tmp_path):
 
 def test_means_and_deviations_over_seeds():
     numbers = [
-        {"parameters": 1200, "epochs": 3, "train MSE": 0.01, "development MSE": error, "q1 test MSE": error}
+        {"parameters": 1200, "epoch kept": 3, "train MSE": 0.01, "development MSE": error, "q1 test MSE": error}
         for error in (0.02, 0.04)
     ]
     rows = [Row("MPNN", numbers), Row("mean of 2 MPNN", [{"q1 test MSE": 0.025}])]
