@@ -59,7 +59,7 @@ def _read(path: Path, key: str) -> list[LayerOperators] | None:
 
 
 def _key(tensors: Mapping[str, Tensor]) -> str:
-    settings = (_VERSION, PerceptronEdgeNetwork.RANK, PerceptronEdgeNetwork.NUM_LENGTHS)
+    settings = (_VERSION, *(getattr(PerceptronEdgeNetwork, name) for name in ("RANK", "NUMBERS", "NUM_LENGTHS")))
     digest = hashlib.sha256(repr(settings).encode())
     for name in sorted(tensors):
         digest.update(f"{name} {tuple(tensors[name].shape)}".encode())

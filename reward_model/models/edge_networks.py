@@ -81,7 +81,10 @@ class PerceptronEdgeNetwork(nn.Sequential):
     Hidden sizes follow the published code: two thirds and one third of the way between input and output.
     """
 
-    RANK: Final = 32  # singular directions that `operators` keeps of a curve
+    # What `operators` keeps of a curve: so many singular directions, or one for so many numbers that a matrix has. On
+    # the published weights scores then move by less than 5e-5; with 32 in the first layer, too, by up to 2e-4.
+    RANK: Final = 32
+    NUMBERS: Final = 40
     NUM_LENGTHS: Final = 257  # at which they are sought
     # Lengths at which a curve is evaluated in training, and to tell how good a network is; it is taken to be straight
     # in between. The published network's answers then are off by 0.005 and by less than 0.001 (root mean square).
@@ -106,7 +109,8 @@ class PerceptronEdgeNetwork(nn.Sequential):
         """Follow each relation's curve from bend to bend and keep its leading singular directions, by an SVD."""
         shape = (-1, self.in_features, self.out_features)
         plain = self(_edge_features(PLAIN, torch.zeros(1))).reshape(shape)
-        rank = min(self.RANK, self.in_features * self.out_features)
+        size = self.in_features * self.out_features
+        rank = min(max(self.RANK, size // self.NUMBERS), size)
         knots = _padded([self._bends(relation) for relation in MEASURED])
         bases, coefficients = [], []
         for relation, lengths in zip(MEASURED, knots, strict=True):
