@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import gymnasium as gym
@@ -51,7 +52,7 @@ def test_who_turns_past_the_back_turns_the_short_way(recording: Recording) -> No
     trajectory = recording.trajectory
     poses = trajectory.robot_poses.copy()
     poses[:2, 2] = 3.1, -3.1
-    changed = type(trajectory)(**{**trajectory.__dict__, "robot_poses": poses})
+    changed = replace(trajectory, robot_poses=poses)
     assert view_at(changed, 0.1, QUICK).robot_pose[2] == pytest.approx(np.pi)
 
 
