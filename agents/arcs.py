@@ -46,7 +46,7 @@ def arc_clearances(rows: dict[str, Tensor], masks: dict[str, Tensor], goal: Tens
         if kind in rows and rows[kind].shape[1]:
             clearance = torch.where(masks[kind][..., None] > 0, measure(rows[kind], places), FAR)
             nearest = torch.minimum(nearest, clearance.amin(dim=1))
-    least = nearest.unflatten(1, (len(ARCS), NUM_PLACES)).cummin(dim=2).values
+    least: Tensor = torch.cummin(nearest.view(-1, len(ARCS), NUM_PLACES), dim=2).values
     return least[:, :, [horizon - 1 for horizon in HORIZONS]].flatten(1)
 
 
