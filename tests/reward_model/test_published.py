@@ -4,6 +4,7 @@ import shutil
 import zipfile
 from dataclasses import replace
 
+import numpy as np
 import pytest
 import torch
 
@@ -12,6 +13,7 @@ from reward_model.checkpoint import load_checkpoint
 from reward_model.graph import scene_graph, sequence_frames
 from reward_model.published import STATE_FILE, PublishedWeightsError, import_published
 from reward_model.scenario import Sequence
+from socnav_env.generate import generate_windows
 
 REFERENCES = [
     name + ending
@@ -61,6 +63,16 @@ def test_one_batch_scores_like_one_by_one(shared_data, references, scorer):
     scores = scorer.score_batch([sample(shared_data, name) for name in REFERENCES])
     expected = [[references[name]["q1"], references[name]["q2"]] for name in REFERENCES]
     torch.testing.assert_close(torch.tensor(scores), torch.tensor(expected), atol=1e-4, rtol=0)
+
+
+@pytest.mark.parametrize("weights", ["default", "published"])
+def test_both_forms_agree_on_generated_windows(weights, published_weights):
+    """`python -m benchmarks.scoring` compares them on 1,000."""
+    pytest.importorskip("dgl")
+    windows = generate_windows(8, seed=3)
+    compiled, original = (load_scorer(weights, form).score_windows(windows) for form in ("compiled", "dgl"))
+    assert len({tuple(row) for row in original.tolist()}) > 4
+    np.testing.assert_allclose(compiled, original, rtol=0, atol=5e-5 if weights == "published" else 1e-6)
 
 
 def published_state() -> dict[str, torch.Tensor]:
