@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 
 from benchmarks.figures import Figure
 from benchmarks.players import Seconds, make_single, make_vector, play_single, play_vector, timed
-from reward_model.jit import njit
+from reward_model.jit import machine_code, njit
 from socnav_env import snapshots as snapshots_module
-from socnav_env import world as world_module
 from socnav_env.config import EnvConfig, PopulationConfig
 from socnav_env.env import SocNavEnv
 from socnav_env.pedestrians import walk
 from socnav_env.rewards import REWARDS
 from socnav_env.walkers import Habits, Surroundings, Walkers
+from socnav_env.world import World
 
 RATES, PARTS, SHARES, FLOOR, RESETS = "Steps", "Step", "Vector step", "Floor", "Reset"
 METHODS: Final = {
@@ -75,7 +75,7 @@ def step_parts(steps: int) -> list[Figure]:
 
     with ExitStack() as stack:
         named: tuple[tuple[str, Any, str], ...] = (
-            ("world", world_module, "simulate"),
+            ("world", World, "_simulate"),
             ("graph", snapshots_module, "_frame"),
             ("network", environment.reward.scorer, "score_windows"),
             ("observation", environment.observation, "observe"),
@@ -175,8 +175,9 @@ def _people_alone(environment: SocNavEnv) -> float:
     walkers = Walkers(*(values.copy() for values in world._walkers))
     velocities = bodies.velocities.copy()
     distance, notice = config.people.stop_distance, config.people.robot_visibility
+    people = machine_code(_walk, 0, 0.0, bodies.states, walkers, 0.0, 0.0, world._around, world._habits, velocities)
     begin = time.perf_counter()
-    _walk(
+    people(
         config.substeps,
         config.physics_step,
         bodies.states,

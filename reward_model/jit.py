@@ -25,6 +25,18 @@ def njit(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]
     return compiled
 
 
+def machine_code(function: Callable[Parameters, Result], *arguments: Any) -> Callable[Parameters, Result]:
+    """Call a function that `njit` made, and return what is quicker to call with arguments of the same types.
+
+    At each call of the function itself the type of every argument is looked up, which for tuples of arrays takes longer
+    than many a kernel. What is returned may not look: arrays of another type would be misread.
+    """
+    compiled: Any = function
+    compiled(*arguments)
+    codes = [overload.entry_point for overload in compiled.overloads.values()]
+    return codes[0] if len(codes) == 1 else function
+
+
 def _typed_call(result: Any, arguments: Any) -> tuple[Any, Any]:
     """What numba asks of an intrinsic: its signature and how to write a call of the function at an address."""
 

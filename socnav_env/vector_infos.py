@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -16,25 +17,28 @@ def batch_infos(infos: Mapping[int, dict[str, Any]], num_envs: int) -> dict[str,
     or None where an environment has no such key; beside it `_key`, (num_envs,), says which ones have it. Dicts are
     gathered likewise, only `final_obs` are left as they are.
     """
-    columns: dict[str, dict[int, Any]] = {}
-    for index in sorted(infos):
-        for key, value in infos[index].items():
-            columns.setdefault(key, {})[index] = value
     batch: dict[str, Any] = {}
-    for key, column in columns.items():
+    order = sorted(infos)
+    for key in dict.fromkeys(chain.from_iterable(infos.values())):
+        indices = [index for index in order if key in infos[index]]
         present = np.zeros(num_envs, dtype=np.bool_)
-        present[list(column)] = True
-        batch[key], batch[f"_{key}"] = _batch_column(key, column, num_envs), present
+        present[indices] = True
+        column = [infos[index][key] for index in indices]
+        batch[key], batch[f"_{key}"] = _batch_column(key, indices, column, num_envs), present
     return batch
 
 
-def _batch_column(key: str, column: dict[int, Any], num_envs: int) -> dict[str, Any] | NDArray[Any]:
-    first = next(iter(column.values()))
+def _batch_column(key: str, indices: list[int], column: list[Any], num_envs: int) -> dict[str, Any] | NDArray[Any]:
+    """One key's values, of the environments that have it."""
+    first = column[0]
     if isinstance(first, dict) and key != "final_obs":
-        return batch_infos(column, num_envs)
+        return batch_infos(dict(zip(indices, column, strict=True)), num_envs)
     values = _empty(key, first, num_envs)
-    for index, value in column.items():
-        values[index] = value
+    if values.dtype == object:
+        for index, value in zip(indices, column, strict=True):
+            values[index] = value
+    else:
+        values[indices] = column
     return values
 
 

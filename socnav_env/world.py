@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from reward_model.jit import machine_code
 from socnav_env.config import EnvConfig
 from socnav_env.conversations import Conversations
 from socnav_env.frames import pose_rates
@@ -77,6 +78,8 @@ class World:
             layout.people_poses[self._walks], layout.people_group[self._walks], config.people, rng
         )
         self._orca = self._orca_walk()
+        arrays = self._physics.bodies, self._motors.motion, self._walkers
+        self._stepping = machine_code(simulate, 0, 0.0, *arrays, 0.0, 0.0, self._around, self._habits)
         self._physics.fill(self._walkers.group, self._around)
         self._conversations = self._changing_conversations()
         self._routes: Routes | None = None
@@ -238,7 +241,7 @@ class World:
         stop_distance = notice * self.config.people.stop_distance
         bodies, motion, walkers = self._physics.bodies, self._motors.motion, self._walkers
         if self._orca is None:
-            simulate(count, step, bodies, motion, walkers, stop_distance, notice, self._around, self._habits)
+            self._stepping(count, step, bodies, motion, walkers, stop_distance, notice, self._around, self._habits)
             return
         for _ in range(count):
             self._orca.walk(step, bodies.states, walkers, stop_distance, notice, self._habits, bodies.velocities)
