@@ -152,7 +152,7 @@ def _parallel(jobs: int, backend: str, address: str | None) -> Iterator[None]:
         from ray.util.joblib import register_ray
     except ImportError:
         raise ValueError('backend ray needs Ray: pip install "socnav2[ray]"') from None
-    register_ray()  # type: ignore[no-untyped-call]
+    register_ray()
     started = not ray.is_initialized()
     if started:
         try:
