@@ -36,8 +36,10 @@ from reward_model.scenario import Sequence
 from reward_model.scorer import SocialScorer, load_scorer, weights_path
 from reward_model.socnav2_json import read_socnav2
 from socnav_env.generate import generate_windows
+from socnav_env.simulated_sequences import simulate_sequence
 
 BATCH = 64
+NUM_SIMULATED = 6  # as many as there are genuine ones
 DATA = Path(os.environ.get("SOCNAV_DATA") or Path(__file__).parents[2] / "shared" / "data")
 
 ALONE = "compiled, one by one"  # what others are compared with
@@ -85,9 +87,7 @@ def main() -> None:
     options = tyro.cli(Options, description=__doc__)
     torch.set_num_threads(1)
     console = Console()
-    sequences = [read_socnav2(file) for file in sorted((options.data / "socnav2_samples").glob("S*.json"))]
-    if not sequences:
-        raise SystemExit(f"{options.data}: must hold recordings in socnav2_samples; --data names another folder")
+    sequences = recordings(options.data, console)
     windows = genuine_windows(sequences)
     published = published_is_there(console)
     forms = [graph_making(sequences), *network_forms("default", options.threads)]
@@ -113,6 +113,17 @@ def main() -> None:
         rows = [{"network": network, "form": form, "ms": each} for (network, form), each in times.items()]
         document = {"times": rows, "differences": apart}
         replace_file(options.output, (json.dumps(document, indent=2) + "\n").encode())
+
+
+def recordings(data: Path, console: Console) -> list[Sequence]:
+    """The genuine recordings, or simulated ones where the default folder is not there."""
+    sequences = [read_socnav2(file) for file in sorted((data / "socnav2_samples").glob("S*.json"))]
+    if not sequences and data != DATA:
+        raise SystemExit(f"{data}: must hold recordings in socnav2_samples; --data names another folder")
+    if not sequences:
+        console.print(f"no recordings in {data / 'socnav2_samples'}: simulated ones take their place")
+        sequences = [simulate_sequence(0, index) for index in range(NUM_SIMULATED)]
+    return sequences
 
 
 def genuine_windows(sequences: list[Sequence]) -> Windows:
