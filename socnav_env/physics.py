@@ -8,6 +8,7 @@ times what Chipmunk takes itself, so compiled code calls the very functions of C
 from __future__ import annotations
 
 import math
+import weakref
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -77,6 +78,7 @@ class Physics:
             written=velocities.progress,
         )
         self._report_touches(self.bodies.touched)
+        weakref.finalize(self, _take_apart, self._space).atexit = False
 
     def fill(self, groups: IntArray, around: Surroundings) -> None:
         """Put the bodies where `bodies.states` says, and everything around them. groups: (num_walkers,)."""
@@ -134,6 +136,12 @@ class _Exchange:
         self.progress = np.frombuffer(ffi.buffer(ffi.addressof(self._array, "num")), dtype=np.int32)
         self.data: Any = ffi.new("pmBatchedData *")
         self.data.fields, self.data.floatArray = fields.value, self._array
+
+
+def _take_apart(space: pymunk.Space) -> None:
+    """Free a space at once: its parts keep themselves and each other until Python looks for cycles, which is seldom."""
+    for part in (*space._handlers.values(), *space.shapes, *space.bodies, space.static_body):
+        vars(part).clear()
 
 
 @njit

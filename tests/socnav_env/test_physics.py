@@ -1,4 +1,6 @@
+import gc
 import math
+import weakref
 
 import numpy as np
 import pymunk.batch
@@ -84,3 +86,22 @@ def test_only_people_of_one_group_may_overlap(groups, apart):
         bodies.velocities[:] = 0.0
         physics_step(bodies, STEP)
     assert (math.dist(bodies.states[0, :2], bodies.states[1, :2]) > 0.48) is apart
+
+
+def test_nothing_is_left_for_python_to_search():
+    around = NOTHING._replace(
+        walls=np.array([[0.31, -1.0, 0.31, 1.0]]), boxes=np.array([[0.7, 0.0, 1.0, 0.0, 0.4, 0.4]])
+    )
+    gc.disable()
+    try:
+        physics = physics_of(around=around)
+        for _ in range(3):
+            physics.bodies.velocities[:] = 0.5
+            physics_step(physics.bodies, STEP)
+        assert physics.bodies.touched.any()
+        space = physics._space
+        parts = [weakref.ref(part) for part in (space, *space.bodies, *space.shapes, space.static_body)]
+        del space, physics
+        assert [part() for part in parts] == [None] * len(parts)
+    finally:
+        gc.enable()
