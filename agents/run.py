@@ -76,7 +76,7 @@ def run(config: TrainingConfig, folder: Path, make: EnvironmentMaker, console: C
     plot_learning_curve(history, f"PPO, reward {config.reward}, seed {config.seed}", folder / CURVE_FILE)
     evaluations = evaluate_beside_baselines(config, make, folder, console)
     console.print(evaluation_table(evaluations))
-    film_episode(load_policy(folder / AGENT_FILE), make, evaluation_seeds(1)[0], folder / FILM_FILE)
+    film_episode(load_policy(folder / AGENT_FILE), make, worth_watching(evaluations["ppo"]), folder / FILM_FILE)
     console.print(f"written to {folder}: {AGENT_FILE}, {EVALUATION_FILE}, {CURVE_FILE}, {FILM_FILE}")
     return True
 
@@ -93,6 +93,12 @@ def evaluate_beside_baselines(
             evaluations[name] = evaluate(policy, make, seeds, max(1, config.num_workers))
     write_evaluations(evaluations, environment_settings(config), folder / EVALUATION_FILE)
     return evaluations
+
+
+def worth_watching(evaluation: Evaluation) -> int:
+    """Return the seed of the longest episode in which the agent arrived, or of the longest of all if it never did."""
+    longest = max(evaluation.episodes, key=lambda episode: (episode.outcome == "arrived", episode.length))
+    return longest.seed
 
 
 def environment_settings(config: TrainingConfig) -> dict[str, object]:
