@@ -1,5 +1,6 @@
 import json
 import resource
+from contextlib import contextmanager
 
 import pytest
 
@@ -153,38 +154,37 @@ def test_graphs_are_kept_for_the_next_time(recordings, tmp_path, capsys):
     assert run(capsys, "evaluate", "--data", recordings, "--no-cache") == first
 
 
-@pytest.fixture
-def full_disk():
-    """Files that may not grow stand for a disk that is full."""
+@contextmanager
+def full_disk(size):
+    """Files that may not grow beyond a size stand for a disk that is full; pytest's own output has room again after."""
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
-    def fill(size: int) -> None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
 
-    yield fill
-    resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-
-
-def test_a_full_disk_is_one_line_and_leaves_the_training_as_it_was(recordings, tmp_path, capsys, full_disk):
+def test_a_full_disk_is_one_line_and_leaves_the_training_as_it_was(recordings, tmp_path, capsys):
     output = tmp_path / "trained"
     arguments = ("train", "--data", recordings, "--output", output, "--hidden-sizes", 4, "--max-epochs", 1)
     assert run(capsys, *arguments)[0] == 0
     (output / "model.safetensors").rename(tmp_path / "kept")
     before = {path: path.read_bytes() for path in output.glob("*.*")}
-    full_disk(1000)
-    status, _, err = run(capsys, *arguments, "--resume")
+    with full_disk(1000):
+        status, _, err = run(capsys, *arguments, "--resume")
     assert (status, err.splitlines()[-1].startswith("reward_model: [Errno 27] File too large: ")) == (2, True)
     assert err.endswith("/model.safetensors'\n")
     assert {path: path.read_bytes() for path in output.glob("*.*")} == before
 
 
-def test_a_full_disk_leaves_no_half_of_a_cache(recordings, tmp_path, capsys, full_disk):
-    full_disk(1000)
-    status, _, err = run(capsys, "evaluate", "--data", recordings)
+def test_a_full_disk_leaves_no_half_of_a_cache(recordings, tmp_path, capsys):
+    with full_disk(1000):
+        status, _, err = run(capsys, "evaluate", "--data", recordings)
+        assert run(capsys, "evaluate", "--data", recordings, "--no-cache")[0] == 0
     assert (status, "the graphs cannot be kept" in err.splitlines()[-1]) == (2, True)
     assert "--no-cache does without" in err.splitlines()[-1]
     assert not list((tmp_path / "cache" / "graphs").iterdir())
-    assert run(capsys, "evaluate", "--data", recordings, "--no-cache")[0] == 0
 
 
 def test_errors_on_other_data(recordings, tmp_path, capsys):
