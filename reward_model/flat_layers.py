@@ -20,8 +20,6 @@ from reward_model.flat_window import (
     NUM_FEATURES,
     NUM_GROUPED,
     NUM_KINDS,
-    NUM_MEETING,
-    PARTING,
 )
 from reward_model.graph import Float32Array, NodeKind, Relation
 from reward_model.jit import njit
@@ -30,8 +28,6 @@ from reward_model.scenario import IntArray
 from reward_model.tiles import LANES
 
 NUM_PLAIN: Final = len(PLAIN)
-# Between the rows of the matrices at parting edges: rows a power of two apart would share a place in the caches.
-_GAP: Final = 2 * LANES
 _SOURCE_KINDS: Final = {
     Relation.OBJECT_PERSON: NodeKind.OBJECT,
     Relation.PERSON_OBJECT: NodeKind.PERSON,
@@ -39,55 +35,56 @@ _SOURCE_KINDS: Final = {
     Relation.PERSON_WALL: NodeKind.PERSON,
     Relation.WALL_PERSON: NodeKind.WALL,
 }
-_NUM_PARTING: Final = len(PARTING)
 
 
 class Layer(NamedTuple):
     """One layer's arrays, laid out for the products they are in.
 
     plain: (kinds * 5 * in, out) by kind of node, in the first layer, else the same for all (kinds = 1)
-    meeting: (5 * rank * in, out); parting: (8 * in, rank * out), with a gap between rows
-    knots: (13, num_knots); tables: (13, num_knots, rank), both by `GROUPED`
+    measured: (13 * rank * in, out) by `GROUPED`
+    rank: matrices a relation has
+    knots: (13, num_knots)
+    tables: (13, num_knots, rank), or (13, num_knots, 0) where there is a matrix for each knot
     bias: (out,)
     """
 
     plain: Float32Array
-    meeting: Float32Array
-    parting: Float32Array
+    measured: Float32Array
+    rank: int
     knots: Float32Array
     tables: Float32Array
     bias: Float32Array
 
 
 def flat_layers(operators: Items[LayerOperators]) -> tuple[Float32Array, IntArray]:
-    """All layers' arrays one after the other, and what `layer_at` needs to find them again, (num_layers, 7).
+    """All layers' arrays one after the other, and what `layer_at` needs to find them again, (num_layers, 8).
 
     The last of it tells whether the tables are those of the layer before.
     """
     layers = [_layer_arrays(layer, first=index == 0) for index, layer in enumerate(operators)]
-    sizes = [sum(part.size for part in layer) for layer in layers]
+    parts = [(layer.plain, layer.measured, layer.knots, layer.tables, layer.bias) for layer in layers]
+    sizes = [sum(part.size for part in arrays) for arrays in parts]
     starts = np.cumsum([0, *sizes[:-1]])
     shapes = [_shape(layer, _same_tables(layers, index), first=index == 0) for index, layer in enumerate(layers)]
-    weights = np.concatenate([part.ravel() for layer in layers for part in layer])
+    weights = np.concatenate([part.ravel() for arrays in parts for part in arrays])
     return weights, np.column_stack([starts, np.array(shapes, dtype=np.int64)])
 
 
 @njit
 def layer_at(weights: Float32Array, shape: IntArray) -> Layer:
     """Find a layer's arrays again."""
-    start, kinds, inputs, outputs, knots, rank = shape[0], shape[1], shape[2], shape[3], shape[4], shape[5]
-    row = rank * outputs + _GAP
-    meeting = start + kinds * NUM_PLAIN * inputs * outputs
-    parting = meeting + NUM_MEETING * rank * inputs * outputs
-    places = parting + _NUM_PARTING * inputs * row
+    start, kinds, inputs, outputs = shape[0], shape[1], shape[2], shape[3]
+    rank, knots, columns = shape[4], shape[5], shape[6]
+    measured = start + kinds * NUM_PLAIN * inputs * outputs
+    places = measured + NUM_GROUPED * rank * inputs * outputs
     tables = places + NUM_GROUPED * knots
-    bias = tables + NUM_GROUPED * knots * rank
+    bias = tables + NUM_GROUPED * knots * columns
     return Layer(
-        weights[start:meeting].reshape(kinds * NUM_PLAIN * inputs, outputs),
-        weights[meeting:parting].reshape(NUM_MEETING * rank * inputs, outputs),
-        weights[parting:places].reshape(_NUM_PARTING * inputs, row),
+        weights[start:measured].reshape(kinds * NUM_PLAIN * inputs, outputs),
+        weights[measured:places].reshape(NUM_GROUPED * rank * inputs, outputs),
+        rank,
         weights[places:tables].reshape(NUM_GROUPED, knots),
-        weights[tables:bias].reshape(NUM_GROUPED, knots, rank),
+        weights[tables:bias].reshape(NUM_GROUPED, knots, columns),
         weights[bias : bias + outputs],
     )
 
@@ -98,21 +95,27 @@ def _layer_arrays(layer: LayerOperators, first: bool) -> Layer:
         for tensor in (layer.plain, layer.basis, layer.knots, layer.coefficients, layer.bias)
     )
     order = [MEASURED.index(relation) for relation in GROUPED]
-    plain, basis, tables, bias = (_padded(part) for part in (plain, basis[order], tables[order], bias))
-    basis = np.concatenate([basis, np.zeros((NUM_GROUPED, -basis.shape[1] % LANES, *basis.shape[2:]), np.float32)], 1)
+    plain, basis, bias = (_padded(part) for part in (plain, basis[order], bias))
+    tables = tables[order]
     of_kinds = [_rows(plain, kind, first) for kind in KINDS] if first else [_rows(plain, NodeKind.ROOM, first)]
     matrices = [_rows(basis[place], _source_kind(relation), first) for place, relation in enumerate(GROUPED)]
     rank, _, outputs = matrices[0].shape
-    meeting = np.concatenate(matrices[:NUM_MEETING]).reshape(-1, outputs)
-    parting = np.stack(matrices[NUM_MEETING:]).transpose(0, 2, 1, 3).reshape(-1, rank * outputs)
-    parting = np.pad(parting, ((0, 0), (0, _GAP)))
-    return Layer(np.concatenate(of_kinds).reshape(-1, outputs), meeting, parting, knots[order], tables, bias)
+    if tables.shape[1] == rank and (tables == np.eye(rank)).all():
+        tables = tables[:, :, :0]
+    return Layer(
+        np.concatenate(of_kinds).reshape(-1, outputs),
+        np.concatenate(matrices).reshape(-1, outputs),
+        rank,
+        knots[order],
+        tables,
+        bias,
+    )
 
 
 def _shape(layer: Layer, same_tables: bool, first: bool) -> tuple[int, ...]:
-    inputs = len(layer.parting) // _NUM_PARTING
+    inputs = len(layer.measured) // (NUM_GROUPED * layer.rank)
     kinds = NUM_KINDS if first else 1
-    return kinds, inputs, len(layer.bias), *layer.tables.shape[1:], same_tables
+    return kinds, inputs, len(layer.bias), layer.rank, *layer.tables.shape[1:], same_tables
 
 
 def _padded(array: NDArray[np.float32]) -> Float32Array:

@@ -21,10 +21,7 @@ import torch
 from reward_model.flat_layers import NUM_PLAIN, Layer, flat_layers, layer_at
 from reward_model.flat_window import (
     FEATURES,
-    NUM_GROUPED,
-    NUM_INTO_ROOM,
     NUM_KINDS,
-    NUM_MEETING,
     Edges,
     Nodes,
     Stack,
@@ -33,6 +30,7 @@ from reward_model.flat_window import (
 )
 from reward_model.graph import NUM_FRAMES, Float32Array, FrameGraph, Relation
 from reward_model.jit import njit
+from reward_model.measured_edges import OnCurves, add_meeting, add_parting, on_curves
 from reward_model.models.edge_networks import PLAIN, LayerOperators
 from reward_model.scenario import IntArray
 from reward_model.tiles import add_product
@@ -48,7 +46,6 @@ _LOWEST: Final = np.float32(-16.0)  # below it exp is nothing beside 1
 _DOUBLINGS: Final = 6
 _SCALE: Final = np.float32(1 / 2**_DOUBLINGS)
 _TAYLOR: Final = tuple(np.float32(1 / math.factorial(power)) for power in range(1, 8))  # of expm1
-_ONE: Final = np.float32(1.0)
 _TWO: Final = np.float32(2.0)
 
 
@@ -94,50 +91,22 @@ os.register_at_fork(after_in_child=_threads.cache_clear)  # threads do not come 
 def _score_windows(stack: Stack, weights: Float32Array, shapes: IntArray, scores: Float32Array) -> None:
     nodes, edges = flat_windows(stack)
     hidden, last = nodes.features, len(shapes) - 1
-    coefficients = np.empty((0, 0), dtype=np.float32)
+    curves = on_curves(layer_at(weights, shapes[0]), edges, min(NUM_FRAMES, last))
     for index in range(last + 1):
         layer = layer_at(weights, shapes[index])
         # Only what the newest rooms can still hear in the layers left: all of so many frames, and the next one's rooms.
         whole = min(NUM_FRAMES, last - index)
-        if shapes[index, 6] == 0:
-            coefficients = _coefficients(layer, edges, whole)
-        hidden = _all_nodes(nodes, edges, layer, coefficients, hidden, whole)
+        if index > 0 and shapes[index, 7] == 0:
+            curves = on_curves(layer, edges, whole)
+        hidden = _all_nodes(nodes, edges, layer, curves, hidden, whole)
         if index < last:
             _apply_elu(hidden)
     scores[:] = np.maximum(hidden[: len(scores), :2], np.float32(0))
 
 
 @njit
-def _coefficients(layer: Layer, edges: Edges, whole: int) -> Float32Array:
-    """(num_edges, rank) those of every edge's relation at its length; of edges that are not needed, nothing."""
-    rank = layer.tables.shape[2]
-    coefficients = np.empty((len(edges.lengths), rank), dtype=np.float32)
-    for relation in range(NUM_GROUPED):
-        knots, table = layer.knots[relation], layer.tables[relation]
-        last_group = edges.bounds[relation, min(whole + 1, NUM_FRAMES)]
-        for edge in range(edges.starts[edges.bounds[relation, 0]], edges.starts[last_group]):
-            knot = _last_knot(knots, edges.lengths[edge])
-            share = (edges.lengths[edge] - knots[knot]) / (knots[knot + 1] - knots[knot])
-            for place in range(rank):
-                coefficients[edge, place] = table[knot, place] * (_ONE - share) + table[knot + 1, place] * share
-    return coefficients
-
-
-@njit
-def _last_knot(knots: Float32Array, length: float) -> int:
-    """The last knot that is not beyond a length, but for the very last one."""
-    first, count = 0, len(knots) - 1
-    while count > 1:
-        half = count // 2
-        if knots[first + half] <= length:
-            first += half
-        count -= half
-    return first
-
-
-@njit
 def _all_nodes(
-    nodes: Nodes, edges: Edges, layer: Layer, coefficients: Float32Array, hidden: Float32Array, whole: int
+    nodes: Nodes, edges: Edges, layer: Layer, curves: OnCurves, hidden: Float32Array, whole: int
 ) -> Float32Array:
     """One layer for all nodes of so many frames, and for the rooms of the next."""
     num_windows = (len(nodes.starts) - 1) // (NUM_FRAMES * NUM_KINDS)
@@ -156,8 +125,8 @@ def _all_nodes(
         if time + 1 < NUM_FRAMES:
             matrix = (matrices + _TO_NEWER[time]) * inputs
             _add_neighbours(hidden, nodes.older, layer.plain, matrix, out, first, last, inner)
-    _add_meeting(edges, layer, coefficients, hidden, out, whole)
-    _add_parting(edges, layer, coefficients, hidden, out, whole)
+    add_meeting(edges, layer, curves, hidden, out, whole)
+    add_parting(edges, layer, curves, hidden, out, whole)
     for node in range(len(out)):
         for column in range(out.shape[1]):
             out[node, column] = out[node, column] * nodes.shares[node] + layer.bias[column]
@@ -190,56 +159,6 @@ def _run(places: IntArray, first: int, last: int) -> int:
     while end < last and places[end] == places[end - 1] + 1:
         end += 1
     return end - first
-
-
-@njit
-def _add_meeting(
-    edges: Edges, layer: Layer, coefficients: Float32Array, hidden: Float32Array, out: Float32Array, whole: int
-) -> None:
-    """What meets in a node is summed up before it is multiplied."""
-    rank, inputs = coefficients.shape[1], hidden.shape[1]
-    turned = coefficients.T
-    for relation in range(NUM_MEETING):
-        times = min(whole + 1, NUM_FRAMES) if relation < NUM_INTO_ROOM else whole
-        first, last = edges.bounds[relation, 0], edges.bounds[relation, times]
-        heard = np.zeros(((last - first) * rank, inputs), dtype=np.float32)
-        for group in range(first, last):
-            edge, end = edges.starts[group], edges.starts[group + 1]
-            while edge < end:
-                run = _run(edges.others, edge, end)
-                add_product(turned, 0, edge, hidden, edges.others[edge], heard, (group - first) * rank, rank, run)
-                edge += run
-        answers = np.zeros((last - first, out.shape[1]), dtype=np.float32)
-        together = heard.reshape(last - first, rank * inputs)
-        matrix = relation * rank * inputs
-        add_product(together, 0, 0, layer.meeting, matrix, answers, 0, last - first, rank * inputs)
-        for group in range(first, last):
-            for column in range(out.shape[1]):
-                out[edges.centres[group], column] += answers[group - first, column]
-
-
-@njit
-def _add_parting(
-    edges: Edges, layer: Layer, coefficients: Float32Array, hidden: Float32Array, out: Float32Array, whole: int
-) -> None:
-    """What parts from a node is multiplied before it is shared out."""
-    rank, inputs, outputs = coefficients.shape[1], hidden.shape[1], out.shape[1]
-    for relation in range(NUM_MEETING, NUM_GROUPED):
-        first, last = edges.bounds[relation, 0], edges.bounds[relation, whole]
-        centres = np.empty((last - first, inputs), dtype=np.float32)
-        for group in range(first, last):
-            for column in range(inputs):
-                centres[group - first, column] = hidden[edges.centres[group], column]
-        together = np.zeros((last - first, rank * outputs), dtype=np.float32)
-        matrix = (relation - NUM_MEETING) * inputs
-        add_product(centres, 0, 0, layer.parting, matrix, together, 0, last - first, inputs)
-        said = together.reshape((last - first) * rank, outputs)
-        for group in range(first, last):
-            edge, end = edges.starts[group], edges.starts[group + 1]
-            while edge < end:
-                run = _run(edges.others, edge, end)
-                add_product(coefficients, edge, 0, said, (group - first) * rank, out, edges.others[edge], run, rank)
-                edge += run
 
 
 @njit

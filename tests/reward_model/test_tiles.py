@@ -58,6 +58,6 @@ def test_a_row_is_the_same_to_the_last_bit_among_others_and_alone():
         product(left[row : row + 1], right, alone)
         assert alone.tobytes() == together[row].tobytes()
     in_order = np.zeros(40, np.float32)
-    for index in range(100):
-        in_order += left[0, index] * right[index]
+    for index in range(100):  # a product of two float32 is exact in float64: one rounding, as of a fused multiply-add
+        in_order = (np.float64(left[0, index]) * right[index] + in_order).astype(np.float32)
     assert in_order.tobytes() == together[0].tobytes()
