@@ -7,10 +7,15 @@ the free distances there is nothing to learn in here, and everybody is taken to 
 
 from __future__ import annotations
 
+import math
+from functools import cache
+
+import numpy as np
 import torch
 from torch import Tensor
 
-from agents.clearance import PERSON_RADIUS, ROBOT_RADIUS
+from agents.clearance import PERSON_RADIUS, ROBOT_RADIUS, TINY, Bodies, Float32Array, bodies_of
+from reward_model.jit import njit
 
 TOP_SPEED = 3.5 / 9.4  # m/s, the default robot's; the observation does not tell
 TOP_TURN_RATE = 4 / 10.32  # rad/s, likewise
@@ -25,7 +30,6 @@ NUM_PLACES = 12
 HORIZONS = (2, 4, 8, 12)  # places after which the least clearance so far is told
 NUM_CLEARANCES = len(ARCS) * len(HORIZONS)
 FAR = 1.0  # m, clearances are cut off at this
-TINY = 1e-6
 
 
 def arc_clearances(rows: dict[str, Tensor], masks: dict[str, Tensor], goal: Tensor) -> Tensor:
@@ -40,45 +44,78 @@ def arc_clearances(rows: dict[str, Tensor], masks: dict[str, Tensor], goal: Tens
         (batch, num_arcs * num_horizons) [m], below 0 where bodies would overlap, at most 1.
 
     """
-    places = _places().to(goal.device)
-    nearest = torch.full((len(goal), len(places)), FAR, device=goal.device)
-    for kind, measure in (("people", _to_people), ("objects", _to_boxes), ("walls", _to_walls)):
-        if kind in rows and rows[kind].shape[1]:
-            clearance = torch.where(masks[kind][..., None] > 0, measure(rows[kind], places), FAR)
-            nearest = torch.minimum(nearest, clearance.amin(dim=1))
-    least: Tensor = torch.cummin(nearest.view(-1, len(ARCS), NUM_PLACES), dim=2).values
-    return least[:, :, [horizon - 1 for horizon in HORIZONS]].flatten(1)
+    least = np.empty((len(goal), len(ARCS), NUM_PLACES), dtype=np.float32)
+    _follow(bodies_of(rows, masks, len(goal)), _places(), least)
+    chosen = least[:, :, [horizon - 1 for horizon in HORIZONS]].reshape(len(goal), NUM_CLEARANCES)
+    return torch.from_numpy(chosen).to(goal.device)
 
 
-def _places() -> Tensor:
-    """Where the arcs lead, (num_arcs * NUM_PLACES, 2) [m] in the robot's frame."""
-    shares = torch.tensor(ARCS)
-    speed, turn = TOP_SPEED * shares[:, :1], TOP_TURN_RATE * shares[:, 1:]
-    time = TIME_STEP * torch.arange(1, NUM_PLACES + 1)
-    half = turn * time / 2
-    chord = speed * time * torch.sinc(half / torch.pi)  # 2 r sin(half), the arc's length where it is straight
-    return torch.stack([chord * half.cos(), chord * half.sin()], dim=-1).flatten(0, 1)
+@cache
+def _places() -> Float32Array:
+    """Where the arcs lead, (2, num_arcs * NUM_PLACES) [m] x and y in the robot's frame."""
+    places = np.empty((2, len(ARCS), NUM_PLACES), dtype=np.float32)
+    for arc, (speed, turn) in enumerate(ARCS):
+        for place in range(NUM_PLACES):
+            time = TIME_STEP * (place + 1)
+            half = TOP_TURN_RATE * turn * time / 2
+            chord = TOP_SPEED * speed * time * (math.sin(half) / half if half else 1.0)
+            places[:, arc, place] = chord * math.cos(half), chord * math.sin(half)
+    return places.reshape(2, -1)
 
 
-def _to_people(rows: Tensor, places: Tensor) -> Tensor:
-    """Clearance of the robot at each place from each disc, (batch, n, num_places)."""
-    away = torch.hypot(rows[..., 0:1] - places[:, 0], rows[..., 1:2] - places[:, 1])
-    return away - (ROBOT_RADIUS + PERSON_RADIUS)
+@njit
+def _follow(bodies: Bodies, places: Float32Array, least: Float32Array) -> None:
+    """Fill in the least clearance up to each place, (batch, num_arcs, NUM_PLACES)."""
+    nearest = np.empty(places.shape[1], dtype=np.float32)
+    for sample in range(len(least)):
+        nearest[:] = np.float32(FAR)
+        for row in range(bodies.people.shape[1]):
+            if bodies.people_mask[sample, row] > 0:
+                _past_person(bodies.people[sample, row], places, nearest)
+        for row in range(bodies.objects.shape[1]):
+            if bodies.objects_mask[sample, row] > 0:
+                _past_box(bodies.objects[sample, row], places, nearest)
+        for row in range(bodies.walls.shape[1]):
+            if bodies.walls_mask[sample, row] > 0:
+                _past_wall(bodies.walls[sample, row], places, nearest)
+        flat = least[sample].reshape(-1)
+        for place in range(len(nearest)):
+            begins = place % NUM_PLACES == 0
+            flat[place] = nearest[place] if begins else min(flat[place - 1], nearest[place])
 
 
-def _to_boxes(rows: Tensor, places: Tensor) -> Tensor:
-    x, y, cosine, sine, width, depth = (rows[..., column : column + 1] for column in range(6))
-    dx, dy = places[:, 0] - x, places[:, 1] - y
-    along = (dx * cosine + dy * sine).abs() - width / 2
-    across = (dy * cosine - dx * sine).abs() - depth / 2
-    outside = torch.hypot(along.clamp(min=0.0), across.clamp(min=0.0))
-    return outside + torch.maximum(along, across).clamp(max=0.0) - ROBOT_RADIUS
+@njit
+def _past_person(row: Float32Array, places: Float32Array, nearest: Float32Array) -> None:
+    """Take account of the robot's clearance from a disc at each place."""
+    x, y = row[0], row[1]
+    for place in range(len(nearest)):
+        dx, dy = x - places[0, place], y - places[1, place]
+        clearance = np.sqrt(dx * dx + dy * dy) - np.float32(ROBOT_RADIUS + PERSON_RADIUS)
+        nearest[place] = min(nearest[place], clearance)
 
 
-def _to_walls(rows: Tensor, places: Tensor) -> Tensor:
-    x, y = rows[..., 0:1], rows[..., 1:2]
-    along_x, along_y = rows[..., 2:3] - x, rows[..., 3:4] - y
-    dx, dy = places[:, 0] - x, places[:, 1] - y
-    share = (dx * along_x + dy * along_y) / (along_x * along_x + along_y * along_y + TINY)
-    share = share.clamp(0.0, 1.0)
-    return torch.hypot(dx - share * along_x, dy - share * along_y) - ROBOT_RADIUS
+@njit
+def _past_box(row: Float32Array, places: Float32Array, nearest: Float32Array) -> None:
+    nothing, half = np.float32(0), np.float32(0.5)
+    x, y, cosine, sine, width, depth = row[0], row[1], row[2], row[3], half * row[4], half * row[5]
+    for place in range(len(nearest)):
+        dx, dy = places[0, place] - x, places[1, place] - y
+        along = abs(dx * cosine + dy * sine) - width
+        across = abs(dy * cosine - dx * sine) - depth
+        right, up = max(along, nothing), max(across, nothing)
+        inside = min(max(along, across), nothing)
+        clearance = np.sqrt(right * right + up * up) + inside - np.float32(ROBOT_RADIUS)
+        nearest[place] = min(nearest[place], clearance)
+
+
+@njit
+def _past_wall(row: Float32Array, places: Float32Array, nearest: Float32Array) -> None:
+    nothing, one = np.float32(0), np.float32(1)
+    x, y, along_x, along_y = row[0], row[1], row[2] - row[0], row[3] - row[1]
+    scale = one / (along_x * along_x + along_y * along_y + np.float32(TINY))
+    for place in range(len(nearest)):
+        dx, dy = places[0, place] - x, places[1, place] - y
+        share = min(max((dx * along_x + dy * along_y) * scale, nothing), one)
+        dx, dy = dx - share * along_x, dy - share * along_y
+        clearance = np.sqrt(dx * dx + dy * dy) - np.float32(ROBOT_RADIUS)
+        nearest[place] = min(nearest[place], clearance)
