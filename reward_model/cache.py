@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from reward_model.examples import Examples
 from reward_model.graph import LAYOUT_VERSION, FrameGraph
 
-_VERSION: Final = "socnav2-examples-1"  # changes whenever files are read otherwise or an entry's arrays change
+_VERSION: Final = "socnav2-examples-2"  # changes whenever files are read otherwise or an entry's arrays change
 _INDEX_FILE: Final = "index.json"
 _NAMES_FILE: Final = "names.json"
 _OF_NODES: Final = ("features", "kinds", "keys", "lengths")
@@ -39,15 +39,16 @@ class CacheError(ValueError):
 class StoredWindows(Sequence[list[FrameGraph]]):
     """Windows as slices of a few long arrays; a window's frames are made when it is asked for.
 
-    arrays: those of `FrameGraph`, one frame after the other, and where nodes and links of each frame and frames of
-        each window start: `node_starts`, `link_starts`, `frame_starts`
+    arrays: those of `FrameGraph`, one frame after the other, where nodes and links of each frame start, `node_starts`
+        and `link_starts`, the frames of all windows, `window_frames`, and where those of each window start,
+        `window_starts`; windows may share frames
     """
 
     def __init__(self, arrays: Arrays) -> None:
         self._arrays = arrays
 
     def __len__(self) -> int:
-        return len(self._arrays["frame_starts"]) - 1
+        return len(self._arrays["window_starts"]) - 1
 
     @overload
     def __getitem__(self, index: int) -> list[FrameGraph]: ...
@@ -56,8 +57,8 @@ class StoredWindows(Sequence[list[FrameGraph]]):
     def __getitem__(self, index: int | slice) -> list[FrameGraph] | list[list[FrameGraph]]:
         if isinstance(index, slice):
             return [self[each] for each in range(*index.indices(len(self)))]
-        first, last = self._arrays["frame_starts"][range(len(self))[index] :][:2].tolist()
-        return [self._frame(frame) for frame in range(first, last)]
+        first, last = self._arrays["window_starts"][range(len(self))[index] :][:2].tolist()
+        return [self._frame(frame) for frame in self._arrays["window_frames"][first:last].tolist()]
 
     def _frame(self, index: int) -> FrameGraph:
         nodes = slice(*self._arrays["node_starts"][index : index + 2].tolist())
@@ -139,13 +140,16 @@ def _key(files: tuple[Path, ...], variety: str) -> str:
 
 def _flattened(examples: Examples) -> Arrays:
     windows = list(examples.windows)
-    frames = [frame for window in windows for frame in window]
+    places: dict[FrameGraph, int] = {}  # frames are equal where they are the same
+    window_frames = [places.setdefault(frame, len(places)) for window in windows for frame in window]
+    frames = list(places)
     arrays: Arrays = {
         name: np.concatenate([getattr(frame, name) for frame in frames]) for name in (*_OF_NODES, *_OF_LINKS)
     }
     arrays["node_starts"] = _starts([len(frame) for frame in frames])
     arrays["link_starts"] = _starts([len(frame.link_lengths) for frame in frames])
-    arrays["frame_starts"] = _starts([len(window) for window in windows])
+    arrays["window_frames"] = np.array(window_frames, dtype=np.int64)
+    arrays["window_starts"] = _starts([len(window) for window in windows])
     return arrays | {"scores": examples.scores, "variants": examples.variants}
 
 

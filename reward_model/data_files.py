@@ -14,7 +14,7 @@ import joblib
 from reward_model.dataset import judged_window
 from reward_model.examples import PARTS, DatasetError, Part
 from reward_model.json_fields import read_text_file
-from reward_model.scenario import LabelledSequence, ScenarioError
+from reward_model.scenario import LabelledSequence, ScenarioError, Sequence
 from reward_model.socnav1 import read_socnav1
 from reward_model.socnav2_json import read_labelled_socnav2
 
@@ -25,6 +25,7 @@ RATING_FILES: Final = MappingProxyType[Part, str](
     {"train": "train.jsonl", "development": "dev.jsonl", "test": "test.jsonl"}
 )
 DataFiles = dict[Part | Literal["all"], tuple[Path, ...]]
+Needed = Callable[[Sequence], Sequence]
 MANIFEST: Final = "manifest.json"  # beside simulated recordings, says how they were made
 _MANY: Final = 1000  # files, from which on starting processes takes less time than they save
 _TOGETHER: Final = 50  # files that a process reads at a time
@@ -51,14 +52,16 @@ def find_files(path: Path) -> DataFiles:
     raise DatasetError(f"{path}: data must be a .jsonl, .json or .txt file or a folder")
 
 
-def read_files(files: tuple[Path, ...], after_file: Callable[[], None] = lambda: None) -> Iterator[LabelledSequence]:
-    """Read labelled scenes, file by file; of recordings the window that is judged.
+def read_files(
+    files: tuple[Path, ...], after_file: Callable[[], None] = lambda: None, needed: Needed = judged_window
+) -> Iterator[LabelledSequence]:
+    """Read labelled scenes, file by file; of recordings what is needed, the window that is judged.
 
     Many files are read by as many processes as the machine has cores (`LOKY_MAX_CPU_COUNT` says otherwise).
     Goes on after a broken file, so that at the end one `ScenarioError` names them all, a line each.
     """
     problems = []
-    for found in _each_read(files):
+    for found in _each_read(files, needed):
         if isinstance(found, str):
             problems.append(found)
         else:
@@ -70,28 +73,29 @@ def read_files(files: tuple[Path, ...], after_file: Callable[[], None] = lambda:
         raise ScenarioError("\n".join(problems[:_MOST_PROBLEMS] + rest))
 
 
-def _each_read(files: tuple[Path, ...]) -> Iterator[list[LabelledSequence] | str]:
+def _each_read(files: tuple[Path, ...], needed: Needed) -> Iterator[list[LabelledSequence] | str]:
     """What each file holds, in their order, or what is wrong with it."""
     if len(files) < _MANY:
-        yield from map(_read_file, files)
+        yield from (_read_file(path, needed) for path in files)
         return
     chunks = [files[start : start + _TOGETHER] for start in range(0, len(files), _TOGETHER)]
-    for part in joblib.Parallel(n_jobs=-1, return_as="generator")(joblib.delayed(_read_chunk)(each) for each in chunks):
+    read = joblib.delayed(_read_chunk)
+    for part in joblib.Parallel(n_jobs=-1, return_as="generator")(read(each, needed) for each in chunks):
         yield from part
 
 
-def _read_chunk(files: tuple[Path, ...]) -> list[list[LabelledSequence] | str]:
-    return [_read_file(path) for path in files]
+def _read_chunk(files: tuple[Path, ...], needed: Needed) -> list[list[LabelledSequence] | str]:
+    return [_read_file(path, needed) for path in files]
 
 
-def _read_file(path: Path) -> list[LabelledSequence] | str:
+def _read_file(path: Path, needed: Needed) -> list[LabelledSequence] | str:
     try:
         if path.suffix == ".jsonl":
             return read_socnav1(path)
         recording = read_labelled_socnav2(path)
     except ScenarioError as error:
         return str(error)
-    return [replace(recording, sequence=judged_window(recording.sequence))]
+    return [replace(recording, sequence=needed(recording.sequence))]
 
 
 def _find_in_folder(folder: Path) -> DataFiles:

@@ -8,17 +8,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from collections.abc import Sequence as Items
 from dataclasses import replace
 from types import MappingProxyType
 from typing import Final, Literal, TypeVar
 
 import numpy as np
 
-from reward_model.graph import select_window
+from reward_model.graph import NUM_FRAMES, select_window
 from reward_model.scenario import FloatArray, Objects, People, Sequence, Snapshot
 
 Entities = TypeVar("Entities", People, Objects)
-Augmentation = Literal["none", "mirror", "all"]
+Augmentation = Literal["none", "mirror", "all", "moments"]
+"""mirror and all (the paper's) make copies that people would score the same; moments needs somebody to score them."""
 
 _MIRROR_POSE = np.array([1.0, -1.0, -1.0])  # forward, left, counter-clockwise
 _TURN_POSITION = np.array([-1.0, -1.0])
@@ -43,8 +45,10 @@ def rotated(sequence: Sequence) -> Sequence:
     return _every_snapshot(sequence, _rotated_snapshot)
 
 
-# What each augmentation makes of a scene, itself first.
-VARIANTS: Final = MappingProxyType[Augmentation, tuple[Callable[[Sequence], Sequence], ...]](
+MOMENTS_APART: Final = 0.5  # s
+
+# What each augmentation that people's scores allow makes of a scene, itself first.
+VARIANTS: Final = MappingProxyType[str, tuple[Callable[[Sequence], Sequence], ...]](
     {
         "none": (lambda scene: scene,),
         "mirror": (lambda scene: scene, mirrored),
@@ -57,6 +61,26 @@ def judged_window(sequence: Sequence) -> Sequence:
     """The same scene without the snapshots that its window leaves out: it scores the same and is quicker to change."""
     chosen = select_window([snapshot.timestamp for snapshot in sequence])
     return replace(sequence, snapshots=tuple(sequence.snapshots[index] for index in reversed(chosen)))
+
+
+def judged_moments(sequence: Sequence) -> Sequence:
+    """The same scene without the snapshots that the windows of its `moments` leave out: they stay the same."""
+    chosen = {index for window in moments([snapshot.timestamp for snapshot in sequence]) for index in window}
+    return replace(sequence, snapshots=tuple(sequence.snapshots[index] for index in sorted(chosen)))
+
+
+def moments(timestamps: Items[float]) -> list[list[int]]:
+    """Which snapshots make the window of the last moment, and of moments up to 1.5 s before, where there are any.
+
+    timestamps: [s], oldest first, not empty. Returns windows, newest first, of snapshots newest first; they share what
+    they can.
+    """
+    windows = []
+    for age in (0.0, MOMENTS_APART):
+        before = [time for time in timestamps if timestamps[-1] - time >= age]
+        chosen = select_window(before, NUM_FRAMES + 1) if before else []
+        windows += [chosen[:NUM_FRAMES], chosen[1:]]
+    return [window for window in windows if window]
 
 
 def _every_snapshot(sequence: Sequence, change: Callable[[Snapshot], Snapshot]) -> Sequence:

@@ -12,10 +12,10 @@ from typing import Final, Literal, overload
 
 import numpy as np
 
-from reward_model.dataset import VARIANTS, Augmentation, judged_window
-from reward_model.graph import Float32Array, FrameGraph, sequence_frames
+from reward_model.dataset import VARIANTS, Augmentation, judged_moments, judged_window, moments
+from reward_model.graph import Float32Array, FrameGraph, all_frames, sequence_frames
 from reward_model.ratings import Ratings
-from reward_model.scenario import IntArray, LabelledSequence
+from reward_model.scenario import IntArray, LabelledSequence, Sequence
 from reward_model.training import LabelledWindows
 
 Part = Literal["train", "development", "test"]
@@ -138,13 +138,14 @@ class _Newest(_View):
 
 def examples_of(labelled: Iterable[LabelledSequence], augmentation: Augmentation = "none") -> Examples:
     """Make examples of labelled sequences. Raises `ScenarioError` as `sequence_frames` does."""
-    windows, rows, variants = [], [], []
+    windows: list[Items[FrameGraph]] = []
+    rows: list[LabelledSequence] = []
+    variants: list[int] = []
     for each in labelled:
-        window = judged_window(each.sequence)
-        for variant, change in enumerate(VARIANTS[augmentation]):
-            windows.append(sequence_frames(change(window)))
-            rows.append(each)
-            variants.append(variant)
+        found = _moments(each.sequence) if augmentation == "moments" else _copies(each.sequence, augmentation)
+        windows += found
+        rows += [each] * len(found)
+        variants += range(len(found))
     scores = [[math.nan if score is None else score for score in (row.q1, row.q2)] for row in rows]
     return Examples(
         windows,
@@ -154,6 +155,19 @@ def examples_of(labelled: Iterable[LabelledSequence], augmentation: Augmentation
         tuple(row.rater for row in rows),
         np.array(variants, dtype=np.int64),
     )
+
+
+def _copies(sequence: Sequence, augmentation: Augmentation) -> list[list[FrameGraph]]:
+    window = judged_window(sequence)
+    return [sequence_frames(change(window)) for change in VARIANTS[augmentation]]
+
+
+def _moments(sequence: Sequence) -> list[list[FrameGraph]]:
+    """The windows of a sequence's moments, which share their frames."""
+    sequence = judged_moments(sequence)
+    newest_first = all_frames(sequence)
+    windows = moments([snapshot.timestamp for snapshot in sequence])
+    return [[newest_first[-1 - index] for index in window] for window in windows]
 
 
 def split_by_scene(examples: Examples, held_out: float, seed: int = 0) -> dict[Part, Examples]:

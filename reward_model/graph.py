@@ -150,15 +150,15 @@ def wall_segments(walls: FloatArray) -> IntArray:
     return (lengths / _WALL_SEGMENT).astype(np.int64) + 1
 
 
-def select_window(timestamps: Items[float]) -> list[int]:
+def select_window(timestamps: Items[float], num_frames: int = NUM_FRAMES) -> list[int]:
     """Which snapshots make the window, newest first.
 
-    The newest one, then up to two more, each the first at least a second older than the one chosen before.
+    The newest one, then as many more as there may be, each the first at least a second older than the one before.
     timestamps: [s], oldest first, not empty.
     """
     chosen = [len(timestamps) - 1]
     for index in range(len(timestamps) - 2, -1, -1):
-        if len(chosen) == NUM_FRAMES:
+        if len(chosen) == num_frames:
             break
         if timestamps[chosen[-1]] - timestamps[index] >= FRAME_SPACING - _TIME_TOLERANCE:
             chosen.append(index)
@@ -203,10 +203,15 @@ def check_links(frame: FrameGraph) -> None:
 
 def sequence_frames(sequence: Sequence) -> list[FrameGraph]:
     """The frames of a sequence's window, newest first: what its last second is judged by."""
-    segments = wall_segments(sequence.last.walls)
     chosen = select_window([snapshot.timestamp for snapshot in sequence])
+    return all_frames(replace(sequence, snapshots=tuple(sequence.snapshots[index] for index in reversed(chosen))))
+
+
+def all_frames(sequence: Sequence) -> list[FrameGraph]:
+    """A frame for each snapshot of a sequence, newest first."""
+    segments = wall_segments(sequence.last.walls)
     try:
-        return [frame_graph(sequence.snapshots[index], segments) for index in chosen]
+        return [frame_graph(snapshot, segments) for snapshot in reversed(sequence.snapshots)]
     except ScenarioError as error:
         raise ScenarioError(f"{sequence.name}: {error}") from None
 

@@ -13,7 +13,7 @@ from rich.progress import Progress
 from reward_model.cache import cached_examples
 from reward_model.checkpoint import WEIGHTS_FILE
 from reward_model.data_files import DataFiles, find_files, read_files
-from reward_model.dataset import Augmentation
+from reward_model.dataset import Augmentation, judged_moments, judged_window
 from reward_model.examples import (
     PARTS,
     DatasetError,
@@ -57,6 +57,8 @@ class DataConfig:
     def __post_init__(self) -> None:
         if not 1 <= self.frames <= NUM_FRAMES:
             raise DatasetError(f"frames must be 1 to {NUM_FRAMES}, got {self.frames}")
+        if self.augmentation == "moments" and self.teacher is None:
+            raise DatasetError("augmentation moments needs a teacher: a clip's scores are not those of earlier moments")
 
 
 def load_parts(data: DataConfig, progress: Progress) -> dict[Part, Examples]:
@@ -106,7 +108,8 @@ def _read(
     bar = progress.add_task(f"read {part}", total=len(files[part]))
 
     def make() -> Examples:
-        examples = examples_of(read_files(files[part], lambda: progress.advance(bar)), augmentation)
+        needed = judged_moments if augmentation == "moments" else judged_window
+        examples = examples_of(read_files(files[part], lambda: progress.advance(bar), needed), augmentation)
         return examples if data.teacher is None else _taught(examples, data.teacher)
 
     variety = augmentation if data.teacher is None else f"{augmentation} {_digest(data.teacher)}"
