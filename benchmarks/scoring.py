@@ -29,8 +29,9 @@ from rich.table import Table
 
 from reward_model.checkpoint import Checkpoint, CheckpointError, NetworkConfig, load_checkpoint
 from reward_model.files import replace_file
-from reward_model.graph import Float32Array, FrameGraph, frame_graph, sequence_frames, wall_segments
+from reward_model.graph import FrameGraph, frame_graph, sequence_frames, wall_segments
 from reward_model.networks import network_on_dgl
+from reward_model.packed_frames import Float32Array
 from reward_model.published import SIZES, STATE_FILE
 from reward_model.scenario import Sequence
 from reward_model.scorer import SocialScorer, load_scorer, weights_path

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from scipy.stats import spearmanr
 
-from reward_model.graph import Float32Array
+from reward_model.packed_frames import Float32Array
 from reward_model.ratings import QUESTIONS, Ratings
 from reward_model.scenario import FloatArray
 

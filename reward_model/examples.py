@@ -13,7 +13,8 @@ from typing import Final, Literal, overload
 import numpy as np
 
 from reward_model.dataset import VARIANTS, Augmentation, judged_moments, judged_window, moments
-from reward_model.graph import Float32Array, FrameGraph, all_frames, sequence_frames
+from reward_model.graph import FrameGraph, all_frames, sequence_frames
+from reward_model.packed_frames import Float32Array
 from reward_model.ratings import Ratings
 from reward_model.scenario import IntArray, LabelledSequence, Sequence
 from reward_model.training import LabelledWindows
@@ -139,20 +140,22 @@ class _Newest(_View):
 def examples_of(labelled: Iterable[LabelledSequence], augmentation: Augmentation = "none") -> Examples:
     """Make examples of labelled sequences. Raises `ScenarioError` as `sequence_frames` does."""
     windows: list[Items[FrameGraph]] = []
-    rows: list[LabelledSequence] = []
+    scores: list[tuple[float, float]] = []
+    names: list[tuple[str, str, str]] = []  # not the sequences: they take many times the memory of their frames
     variants: list[int] = []
     for each in labelled:
         found = _moments(each.sequence) if augmentation == "moments" else _copies(each.sequence, augmentation)
         windows += found
-        rows += [each] * len(found)
+        scores += [(math.nan if each.q1 is None else each.q1, math.nan if each.q2 is None else each.q2)] * len(found)
+        names += [(each.scene, each.sequence.name, each.rater)] * len(found)
         variants += range(len(found))
-    scores = [[math.nan if score is None else score for score in (row.q1, row.q2)] for row in rows]
+    scenes, clips, raters = zip(*names, strict=True) if names else ((), (), ())
     return Examples(
         windows,
         np.array(scores, dtype=np.float32).reshape(-1, 2),
-        tuple(row.scene for row in rows),
-        tuple(row.sequence.name for row in rows),
-        tuple(row.rater for row in rows),
+        scenes,
+        clips,
+        raters,
         np.array(variants, dtype=np.int64),
     )
 

@@ -22,10 +22,11 @@ from reward_model.dataset import Augmentation
 from reward_model.evaluation import error_histogram, report
 from reward_model.examples import DatasetError, Examples, Part
 from reward_model.files import replace_file
-from reward_model.graph import NUM_FRAMES, NUM_NODE_FEATURES, Float32Array
+from reward_model.graph import NUM_FRAMES, NUM_NODE_FEATURES
 from reward_model.learning import Session
 from reward_model.loading import DataConfig, load_parts
 from reward_model.networks import trainable_network
+from reward_model.packed_frames import Float32Array
 from reward_model.ratings import QUESTIONS
 from reward_model.search_report import NAMES
 from reward_model.sessions import FAILED, run_sessions

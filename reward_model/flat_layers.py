@@ -17,13 +17,13 @@ from reward_model.flat_window import (
     GROUPED,
     KINDS,
     MEETING,
-    NUM_FEATURES,
     NUM_GROUPED,
     NUM_KINDS,
 )
-from reward_model.graph import Float32Array, NodeKind, Relation
+from reward_model.graph import NodeKind, Relation
 from reward_model.jit import njit
 from reward_model.models.edge_networks import MEASURED, PLAIN, LayerOperators
+from reward_model.packed_frames import NUM_PACKED, Float32Array
 from reward_model.scenario import IntArray
 from reward_model.tiles import LANES
 
@@ -127,7 +127,7 @@ def _rows(matrices: Float32Array, kind: NodeKind, first: bool) -> Float32Array:
     if not first:
         return np.pad(matrices, ((0, 0), (0, -matrices.shape[1] % LANES), (0, 0)))
     rows = matrices[:, list(FEATURES[KINDS.index(kind)])]
-    return np.pad(rows, ((0, 0), (0, NUM_FEATURES - rows.shape[1]), (0, 0)))
+    return np.pad(rows, ((0, 0), (0, NUM_PACKED - rows.shape[1]), (0, 0)))
 
 
 def _source_kind(relation: Relation) -> NodeKind:

@@ -11,31 +11,15 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from reward_model.graph import (
-    FROM_ROOM,
-    NUM_FRAMES,
-    TIME_FEATURES,
-    TO_ROOM,
-    Float32Array,
-    FrameGraph,
-    NodeKind,
-    Relation,
-)
+from reward_model.graph import FROM_ROOM, NUM_FRAMES, TO_ROOM, FrameGraph, NodeKind, Relation
 from reward_model.jit import njit
+from reward_model.packed_frames import COLUMNS, NUM_PACKED, Float32Array, Int32Array, num_words, offsets
 from reward_model.scenario import IntArray
 
 KINDS: Final = (NodeKind.ROOM, NodeKind.PERSON, NodeKind.OBJECT, NodeKind.WALL, NodeKind.GOAL)
 NUM_KINDS: Final = len(KINDS)
-_TIMES: Final = tuple(range(TIME_FEATURES, TIME_FEATURES + NUM_FRAMES))
 # For each of KINDS the features that are not 0 on its nodes: the kind, the place in the window, the kind's own.
-FEATURES: Final = (
-    (NodeKind.ROOM, *_TIMES, 17, 18, 30, 31),
-    (NodeKind.PERSON, *_TIMES, *range(8, 17)),
-    (NodeKind.OBJECT, *_TIMES, *range(19, 30)),
-    (NodeKind.WALL, *_TIMES, *range(32, 38)),
-    (NodeKind.GOAL, *_TIMES, *range(38, 42)),
-)
-NUM_FEATURES: Final = 16  # the most that a kind has, as a multiple of what processors handle at once
+FEATURES: Final = tuple(COLUMNS[kind] for kind in KINDS)
 
 # Relations whose edges meet at their target, which hears a sum, and those whose edges part at their source.
 MEETING: Final = (*(Relation(TO_ROOM[kind]) for kind in KINDS[1:]), Relation.WALL_PERSON)
@@ -51,28 +35,18 @@ NUM_MEETING: Final = len(MEETING)
 NUM_GROUPED: Final = len(GROUPED)
 NUM_INTO_ROOM: Final = NUM_KINDS - 1  # the first of MEETING
 
-_NUM_FEATURES: Final = np.array([len(columns) for columns in FEATURES])
-_FEATURE_TABLE: Final = np.array([(*columns, *[-1] * (NUM_FEATURES - len(columns))) for columns in FEATURES])
 _PLACE_OF_KIND: Final = np.array([KINDS.index(kind) for kind in NodeKind])
 _PLACE_OF_RELATION: Final = np.array([GROUPED.index(each) if each in GROUPED else -1 for each in Relation])
 
 
 class Stack(NamedTuple):
-    """The arrays of `FrameGraph`, of all frames of several windows one after the other.
+    """Several windows' frames, packed, one after the other.
 
-    counts: (num_frames, 2) how many nodes and links each frame has
+    words: see `reward_model.packed_frames`
     sizes: (num_windows,) how many frames each window has
     """
 
-    features: Float32Array
-    kinds: IntArray
-    keys: IntArray
-    lengths: Float32Array
-    link_sources: IntArray
-    link_targets: IntArray
-    link_relations: IntArray
-    link_lengths: Float32Array
-    counts: IntArray
+    words: Int32Array
     sizes: IntArray
 
 
@@ -111,87 +85,108 @@ class Edges(NamedTuple):
 
 def stack_windows(windows: Items[Items[FrameGraph]]) -> Stack:
     """Join the frames of windows, newest first."""
-    frames = [frame for window in windows for frame in window]
-    return Stack(
-        np.concatenate([frame.features for frame in frames]),
-        np.concatenate([frame.kinds for frame in frames]),
-        np.concatenate([frame.keys for frame in frames]),
-        np.concatenate([frame.lengths for frame in frames]),
-        np.concatenate([frame.link_sources for frame in frames]),
-        np.concatenate([frame.link_targets for frame in frames]),
-        np.concatenate([frame.link_relations for frame in frames]),
-        np.concatenate([frame.link_lengths for frame in frames]),
-        np.array([count for frame in frames for count in (len(frame.kinds), len(frame.link_lengths))]).reshape(-1, 2),
-        np.array([len(window) for window in windows]),
-    )
+    words = [frame.words for window in windows for frame in window]
+    return Stack(np.concatenate(words), np.array([len(window) for window in windows]))
 
 
 @njit
 def flat_windows(stack: Stack) -> tuple[Nodes, Edges]:
     """Sort the nodes and put the edges into groups."""
-    starts, places = _node_places(stack)
-    edges = _edges(stack, starts, places)
-    newer, older = _neighbours(stack, places)
-    return Nodes(_features(stack, places), starts, newer, older, _shares(newer, older, edges)), edges
+    frames = _frame_places(stack)
+    starts, places = _node_places(stack, frames)
+    newer, older = _neighbours(stack, frames, places)
+    features, lengths = _features(stack, frames, places)
+    edges = _edges(stack, frames, starts, places, lengths)
+    return Nodes(features, starts, newer, older, _shares(newer, older, edges)), edges
 
 
 @njit
-def _node_places(stack: Stack) -> tuple[IntArray, IntArray]:
+def _frame_places(stack: Stack) -> IntArray:
+    """(3, num_windows, 2) by place and window: where a frame's words start and its first node's number, else -1."""
+    places = np.full((NUM_FRAMES, len(stack.sizes), 2), -1, dtype=np.int64)
+    start, node = 0, 0
+    for window in range(len(stack.sizes)):
+        for time in range(stack.sizes[window]):
+            places[time, window, 0], places[time, window, 1] = start, node
+            start, node = start + num_words(stack.words, start), node + stack.words[start]
+    return places
+
+
+@njit
+def _node_places(stack: Stack, frames: IntArray) -> tuple[IntArray, IntArray]:
     """Where each section starts, and where each of the stack's nodes goes."""
     num_windows = len(stack.sizes)
     starts = np.zeros(NUM_FRAMES * NUM_KINDS * num_windows + 1, dtype=np.int64)
-    places = np.empty(len(stack.kinds), dtype=np.int64)
-    frame, node = 0, 0
+    num_nodes = 0
     for window in range(num_windows):
         for time in range(stack.sizes[window]):
-            for _ in range(stack.counts[frame, 0]):
-                kind = _PLACE_OF_KIND[stack.kinds[node]]
-                places[node] = (time * NUM_KINDS + kind) * num_windows + window
-                starts[places[node] + 1] += 1
-                node += 1
-            frame += 1
+            start = frames[time, window, 0]
+            kinds, count = offsets(stack.words, start).kinds, stack.words[start]
+            for node in range(count):
+                kind = _PLACE_OF_KIND[stack.words[kinds + node]]
+                starts[(time * NUM_KINDS + kind) * num_windows + window + 1] += 1
+            num_nodes += count
     for section in range(1, len(starts)):
         starts[section] += starts[section - 1]
-    next_place = starts.copy()
-    for node in range(len(places)):
-        section = places[node]
-        places[node] = next_place[section]
-        next_place[section] += 1
+    places, next_place = np.empty(num_nodes, dtype=np.int64), starts.copy()
+    for window in range(num_windows):
+        for time in range(stack.sizes[window]):
+            start, first = frames[time, window]
+            kinds = offsets(stack.words, start).kinds
+            for node in range(stack.words[start]):
+                section = (time * NUM_KINDS + _PLACE_OF_KIND[stack.words[kinds + node]]) * num_windows + window
+                places[first + node] = next_place[section]
+                next_place[section] += 1
     return starts, places
 
 
 @njit
-def _features(stack: Stack, places: IntArray) -> Float32Array:
-    features = np.zeros((len(places), NUM_FEATURES), dtype=np.float32)
-    frame, node = 0, 0
-    for size in stack.sizes:
-        for time in range(size):
-            for _ in range(stack.counts[frame, 0]):
-                kind, place = _PLACE_OF_KIND[stack.kinds[node]], places[node]
-                for index in range(_NUM_FEATURES[kind]):
-                    features[place, index] = stack.features[node, _FEATURE_TABLE[kind, index]]
+def _features(stack: Stack, frames: IntArray, places: IntArray) -> tuple[Float32Array, Float32Array]:
+    """Features and the lengths of room edges, by place."""
+    features, lengths = np.empty((len(places), NUM_PACKED), np.float32), np.empty(len(places), np.float32)
+    numbers = stack.words.view(np.float32)
+    for window in range(len(stack.sizes)):
+        for time in range(stack.sizes[window]):
+            start, first = frames[time, window]
+            at = offsets(stack.words, start)
+            for node in range(stack.words[start]):
+                place, row = places[first + node], at.features + node * NUM_PACKED
+                lengths[place] = numbers[at.lengths + node]
+                for column in range(NUM_PACKED):
+                    features[place, column] = numbers[row + column]
                 features[place, 1 + time] = 1
-                node += 1
-            frame += 1
-    return features
+    return features, lengths
 
 
 @njit
-def _neighbours(stack: Stack, places: IntArray) -> tuple[IntArray, IntArray]:
+def _neighbours(stack: Stack, frames: IntArray, places: IntArray) -> tuple[IntArray, IntArray]:
     newer, older = np.full(len(places), -1, dtype=np.int64), np.full(len(places), -1, dtype=np.int64)
-    frame, start = 0, 0
-    for size in stack.sizes:
-        for time in range(size):
-            middle = start + stack.counts[frame, 0]
-            if time + 1 < size:
-                end = middle + stack.counts[frame + 1, 0]
-                _match(stack.keys[start:middle], stack.keys[middle:end], places[start:end], newer, older)
-            frame, start = frame + 1, middle
+    keys = stack.words.view(np.int64)  # frames have an even number of words
+    for window in range(len(stack.sizes)):
+        for time in range(stack.sizes[window] - 1):
+            first, second = frames[time, window], frames[time + 1, window]
+            first_keys = offsets(stack.words, first[0]).keys // 2
+            second_keys = offsets(stack.words, second[0]).keys // 2
+            _match(
+                keys[first_keys : first_keys + stack.words[first[0]]],
+                keys[second_keys : second_keys + stack.words[second[0]]],
+                places[first[1] :],
+                places[second[1] :],
+                newer,
+                older,
+            )
     return newer, older
 
 
 @njit
-def _match(first: IntArray, second: IntArray, places: IntArray, newer: IntArray, older: IntArray) -> None:
+def _match(
+    first: IntArray,
+    second: IntArray,
+    first_places: IntArray,
+    second_places: IntArray,
+    newer: IntArray,
+    older: IntArray,
+) -> None:
     """Find each key of a frame among those of the next older one, most often at the same place."""
     for index in range(len(first)):
         other = index
@@ -200,16 +195,14 @@ def _match(first: IntArray, second: IntArray, places: IntArray, newer: IntArray,
             while other < len(second) and second[other] != first[index]:
                 other += 1
         if other < len(second):
-            older[places[index]] = places[len(first) + other]
-            newer[places[len(first) + other]] = places[index]
+            older[first_places[index]] = second_places[other]
+            newer[second_places[other]] = first_places[index]
 
 
 @njit
-def _edges(stack: Stack, starts: IntArray, places: IntArray) -> Edges:
+def _edges(stack: Stack, frames: IntArray, starts: IntArray, places: IntArray, lengths: Float32Array) -> Edges:
     """Every node has an edge to its room and one back; the others are the stack's links."""
-    lengths = np.empty(len(places), dtype=np.float32)
-    lengths[places] = stack.lengths
-    count = 2 * len(places) + len(stack.link_lengths)  # at most
+    count = 2 * len(places) + len(stack.words) // 4  # at most: a link takes four words
     edges = Edges(
         np.empty(count, dtype=np.int64),
         np.empty(count, dtype=np.float32),
@@ -217,39 +210,26 @@ def _edges(stack: Stack, starts: IntArray, places: IntArray) -> Edges:
         np.empty(count + 1, dtype=np.int64),
         np.empty((NUM_GROUPED, NUM_FRAMES + 1), dtype=np.int64),
     )
-    firsts = _first_nodes_and_links(stack)
+    num_windows = len(stack.sizes)
     group, edge = 0, 0
     for relation in range(NUM_GROUPED):
         kind = 1 + (relation if relation < NUM_MEETING else relation - NUM_MEETING)
         of_room = kind < NUM_KINDS
         for time in range(NUM_FRAMES):
             edges.bounds[relation, time] = group
-            for window in range(firsts.shape[1]):
-                if firsts[time, window, 0] < 0:
+            for window in range(num_windows):
+                start, node = frames[time, window]
+                if start < 0:
                     continue
                 if of_room:
-                    room = time * NUM_KINDS * firsts.shape[1] + window
-                    group, edge = _add_room_edges(edges, group, edge, starts, lengths, room, kind * firsts.shape[1])
+                    room = time * NUM_KINDS * num_windows + window
+                    group, edge = _add_room_edges(edges, group, edge, starts, lengths, room, kind * num_windows)
                 else:
-                    group, edge = _add_links(edges, group, edge, stack, places, firsts[time, window], relation)
+                    group, edge = _add_links(edges, group, edge, stack, start, places, node, relation)
         edges.bounds[relation, NUM_FRAMES] = group
     edges.starts[group] = edge
     starts_of_groups = edges.starts[: group + 1]
     return Edges(edges.others[:edge], edges.lengths[:edge], edges.centres[:group], starts_of_groups, edges.bounds)
-
-
-@njit
-def _first_nodes_and_links(stack: Stack) -> IntArray:
-    """(3, num_windows, 3) by place and window: a frame's first node, first link and its last one's successor, or -1."""
-    firsts = np.full((NUM_FRAMES, len(stack.sizes), 3), -1, dtype=np.int64)
-    frame, node, link = 0, 0, 0
-    for window in range(len(stack.sizes)):
-        for time in range(stack.sizes[window]):
-            firsts[time, window, 0], firsts[time, window, 1] = node, link
-            node, link = node + stack.counts[frame, 0], link + stack.counts[frame, 1]
-            firsts[time, window, 2] = link
-            frame += 1
-    return firsts
 
 
 @njit
@@ -269,19 +249,19 @@ def _add_room_edges(
 
 @njit
 def _add_links(
-    edges: Edges, group: int, edge: int, stack: Stack, places: IntArray, firsts: IntArray, relation: int
+    edges: Edges, group: int, edge: int, stack: Stack, start: int, places: IntArray, first: int, relation: int
 ) -> tuple[int, int]:
-    """A frame's links of one relation, a new group for each centre other than the last one's."""
-    last_centre = -1
-    for link in range(firsts[1], firsts[2]):
-        if _PLACE_OF_RELATION[stack.link_relations[link]] != relation:
+    """A frame's links of one relation, a new group for each centre other than the last one's; `first`: its node."""
+    words, at, last_centre = stack.words, offsets(stack.words, start), -1
+    for link in range(words[start + 1]):
+        if _PLACE_OF_RELATION[words[at.link_relations + link]] != relation:
             continue
-        source, target = places[firsts[0] + stack.link_sources[link]], places[firsts[0] + stack.link_targets[link]]
+        source, target = places[first + words[at.link_sources + link]], places[first + words[at.link_targets + link]]
         centre, other = (target, source) if relation < NUM_MEETING else (source, target)
         if centre != last_centre:
             edges.centres[group], edges.starts[group] = centre, edge
             group, last_centre = group + 1, centre
-        edges.others[edge], edges.lengths[edge] = other, stack.link_lengths[link]
+        edges.others[edge], edges.lengths[edge] = other, words.view(np.float32)[at.link_lengths + link]
         edge += 1
     return group, edge
 

@@ -28,10 +28,11 @@ from reward_model.flat_window import (
     flat_windows,
     stack_windows,
 )
-from reward_model.graph import NUM_FRAMES, Float32Array, FrameGraph, Relation
+from reward_model.graph import NUM_FRAMES, FrameGraph, Relation
 from reward_model.jit import njit
 from reward_model.measured_edges import OnCurves, add_meeting, add_parting, on_curves
 from reward_model.models.edge_networks import PLAIN, LayerOperators
+from reward_model.packed_frames import Float32Array
 from reward_model.scenario import IntArray
 from reward_model.tiles import add_product
 

@@ -19,11 +19,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from reward_model.graph_kernels import Entities, frame_arrays
+from reward_model.graph_kernels import Entities, packed_frame
+from reward_model.packed_frames import Float32Array, FrameArrays, Int32Array, packed, unpacked
 from reward_model.scenario import FloatArray, IntArray, ScenarioError, Sequence, Snapshot
-
-Float32Array = NDArray[np.float32]
-Int32Array = NDArray[np.int32]
 
 LAYOUT_VERSION: Final = "socnav2-graph-1"  # changes whenever a feature or an edge does
 
@@ -89,9 +87,11 @@ FROM_ROOM: Final = np.array(
 )
 
 
-@dataclass(frozen=True, eq=False)
 class FrameGraph:
     """One snapshot as a graph. Room edges and self edges are implied: every node has them.
+
+    It holds either its arrays or one of words that they are packed into, and makes the other when asked for it:
+    who needs several of the arrays of a packed one asks for `arrays`, once.
 
     features: (num_nodes, 42) with the three time features zero; nodes are the room, people, objects, the goal and
         wall segments, in this order
@@ -103,17 +103,93 @@ class FrameGraph:
     link_lengths: (num_links,) [dam] between people and objects, [m] between a person and a wall
     """
 
-    features: Float32Array
-    kinds: Int32Array
-    keys: IntArray
-    lengths: Float32Array
-    link_sources: Int32Array
-    link_targets: Int32Array
-    link_relations: Int32Array
-    link_lengths: Float32Array
+    __slots__ = ("_arrays", "_words")
+
+    def __init__(
+        self,
+        features: Float32Array,
+        kinds: Int32Array,
+        keys: IntArray,
+        lengths: Float32Array,
+        link_sources: Int32Array,
+        link_targets: Int32Array,
+        link_relations: Int32Array,
+        link_lengths: Float32Array,
+    ) -> None:
+        self._arrays: FrameArrays | None = FrameArrays(
+            features, kinds, keys, lengths, link_sources, link_targets, link_relations, link_lengths
+        )
+        self._words: Int32Array | None = None
+
+    @classmethod
+    def of_words(cls, words: Int32Array) -> FrameGraph:
+        """The frame that is packed into words, see `reward_model.packed_frames`."""
+        frame = cls.__new__(cls)
+        frame._arrays, frame._words = None, words
+        return frame
+
+    @property
+    def arrays(self) -> FrameArrays:
+        """All arrays; of a packed frame in memory of their own."""
+        if self._arrays is not None:
+            return self._arrays
+        assert self._words is not None
+        return unpacked(self._words)
+
+    @property
+    def words(self) -> Int32Array:
+        """The packed form."""
+        if self._words is None:
+            assert self._arrays is not None
+            self._words = packed(self._arrays)
+        return self._words
+
+    def replaced(self, **changes: NDArray[np.generic]) -> FrameGraph:
+        """The same frame with other arrays, by name."""
+        return FrameGraph(*self.arrays._replace(**changes))  # type: ignore[arg-type]
+
+    @property
+    def features(self) -> Float32Array:
+        """See the class."""
+        return self.arrays.features
+
+    @property
+    def kinds(self) -> Int32Array:
+        """See the class."""
+        return self.arrays.kinds
+
+    @property
+    def keys(self) -> IntArray:
+        """See the class."""
+        return self.arrays.keys
+
+    @property
+    def lengths(self) -> Float32Array:
+        """See the class."""
+        return self.arrays.lengths
+
+    @property
+    def link_sources(self) -> Int32Array:
+        """See the class."""
+        return self.arrays.link_sources
+
+    @property
+    def link_targets(self) -> Int32Array:
+        """See the class."""
+        return self.arrays.link_targets
+
+    @property
+    def link_relations(self) -> Int32Array:
+        """See the class."""
+        return self.arrays.link_relations
+
+    @property
+    def link_lengths(self) -> Float32Array:
+        """See the class."""
+        return self.arrays.link_lengths
 
     def __len__(self) -> int:
-        return len(self.kinds)
+        return len(self._arrays.kinds) if self._arrays is not None else int(self.words[0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,7 +254,7 @@ def frame_graph(snapshot: Snapshot, segments: IntArray) -> FrameGraph:
             f"{len(snapshot.walls)} in an older one"
         )
     people, objects = snapshot.people, snapshot.objects
-    arrays = frame_arrays(
+    words = packed_frame(
         Entities(_whole(people.ids), _real(people.poses), _real(people.velocities)),
         Entities(_whole(objects.ids), _real(objects.poses), _real(objects.velocities)),
         _real(objects.sizes),
@@ -189,7 +265,7 @@ def frame_graph(snapshot: Snapshot, segments: IntArray) -> FrameGraph:
         _whole(snapshot.interactions.pairs),
         float(snapshot.interval),
     )
-    frame = FrameGraph(*arrays)
+    frame = FrameGraph.of_words(words)
     if snapshot.interactions.relations:
         check_links(frame)
     return frame
@@ -219,13 +295,14 @@ def all_frames(sequence: Sequence) -> list[FrameGraph]:
 def scene_graph(frames: Items[FrameGraph]) -> SceneGraph:
     """Join up to three frames, newest first, into one graph with all its edges written out."""
     starts = np.cumsum([0, *(len(frame) for frame in frames)])
-    features = np.concatenate([frame.features for frame in frames])
+    arrays = [frame.arrays for frame in frames]
+    features = np.concatenate([frame.features for frame in arrays])
     parts = []
-    for time, frame in enumerate(frames):
+    for time, frame in enumerate(arrays):
         features[starts[time] : starts[time + 1], TIME_FEATURES + time] = 1
         parts += [_shifted(edges, starts[time]) for edges in _frame_edges(frame)]
     for time in range(len(frames) - 1):
-        newer, older = matching_nodes(frames[time].keys, frames[time + 1].keys)
+        newer, older = matching_nodes(arrays[time].keys, arrays[time + 1].keys)
         newer, older = newer + starts[time], older + starts[time + 1]
         parts.append(_plain_edges(newer, older, Relation.NOW_TO_SECOND + 2 * time))
         parts.append(_plain_edges(older, newer, Relation.SECOND_TO_NOW + 2 * time))
@@ -248,7 +325,7 @@ def mirrored_frame(frame: FrameGraph, *, turn_walls: bool = False) -> FrameGraph
     signs = _MIRROR_SIGNS.copy()
     if turn_walls:
         signs[list(_WALL_DIRECTION)] *= -1
-    return replace(frame, features=frame.features * signs)
+    return frame.replaced(features=frame.features * signs)
 
 
 def matching_nodes(first: IntArray, second: IntArray) -> tuple[IntArray, IntArray]:
@@ -263,9 +340,9 @@ def matching_nodes(first: IntArray, second: IntArray) -> tuple[IntArray, IntArra
 _Edges = tuple[NDArray[np.generic], NDArray[np.generic], NDArray[np.generic], NDArray[np.generic]]
 
 
-def _frame_edges(frame: FrameGraph) -> list[_Edges]:
-    nodes = np.arange(len(frame))
-    others, room = nodes[1:], np.zeros(len(frame) - 1, dtype=np.int64)
+def _frame_edges(frame: FrameArrays) -> list[_Edges]:
+    nodes = np.arange(len(frame.kinds))
+    others, room = nodes[1:], np.zeros(len(nodes) - 1, dtype=np.int64)
     kinds, lengths = frame.kinds[1:], frame.lengths[1:]
     return [
         (others, room, TO_ROOM[kinds], lengths),

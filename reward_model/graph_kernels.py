@@ -1,7 +1,7 @@
-"""The arithmetic of `reward_model.graph`, compiled: one snapshot's arrays from its numbers, in one call.
+"""The arithmetic of `reward_model.graph`, compiled: one snapshot's packed frame from its numbers, in one call.
 
-Columns are those of the published layout: 0 type, 5 time, 8 person, 17 robot, 19 object, 30 room, 32 wall,
-38 goal. Types and relations are literal numbers here because compiled code reads no enumerations.
+Columns are those of `reward_model.packed_frames`, a kind's own from `OWN` on in the published order. Types and
+relations are literal numbers here because compiled code reads no enumerations.
 """
 
 from __future__ import annotations
@@ -9,15 +9,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from reward_model.jit import njit
+from reward_model.packed_frames import OWN, Float32Array, Int32Array, empty_words, views
 from reward_model.scenario import FloatArray, IntArray
 
-Float32Array = NDArray[np.float32]
-Int32Array = NDArray[np.int32]
-
-_NUM_FEATURES = 42
 _NEAR_WALL = 1.5  # m from a person to the midpoint of a segment they are joined to
 _ADVANCE_SCALE = 9.4 / 3.5  # 1/(m/s): the fastest command seen becomes 1
 _TURN_SCALE = -10.32 / 4.0  # 1/(rad/s): likewise, and clockwise
@@ -32,21 +28,17 @@ class Entities(NamedTuple):
     velocities: FloatArray
 
 
-class FrameArrays(NamedTuple):
-    """The arrays of a `FrameGraph`, in its order."""
+class _Links(NamedTuple):
+    """Sources, targets, relations and lengths, (num_links,) each."""
 
-    features: Float32Array
-    kinds: Int32Array
-    keys: IntArray
+    sources: Int32Array
+    targets: Int32Array
+    relations: Int32Array
     lengths: Float32Array
-    link_sources: Int32Array
-    link_targets: Int32Array
-    link_relations: Int32Array
-    link_lengths: Float32Array
 
 
 @njit
-def frame_arrays(
+def packed_frame(
     people: Entities,
     objects: Entities,
     sizes: FloatArray,
@@ -56,26 +48,29 @@ def frame_arrays(
     segments: IntArray,
     pairs: IntArray,
     interval: float,
-) -> FrameArrays:
-    """Nodes and links of one snapshot; a link relation of -1 reports an interaction between two objects.
+) -> Int32Array:
+    """Nodes and links of one snapshot, packed; a link relation of -1 reports an interaction between two objects.
 
     sizes: (num_objects, 2); segments: (num_walls,); pairs: (num_interactions, 2) ids; interval: [s]
     """
     first_object = 1 + len(people.ids)
     goal_node = first_object + len(objects.ids)
-    num_nodes = goal_node + 1 + segments.sum()
-    features = np.zeros((num_nodes, _NUM_FEATURES), dtype=np.float32)
-    kinds, keys = np.empty(num_nodes, dtype=np.int32), np.empty(num_nodes, dtype=np.int64)
-    lengths = np.zeros(num_nodes, dtype=np.float32)
-    _name_nodes(kinds, keys, people.ids, objects.ids)
-    _fill_room(features, command, len(people.ids))
-    _fill_entities(features, lengths, 1, 0, 8, people, interval)
-    _fill_entities(features, lengths, first_object, 1, 19, objects, interval)
-    features[first_object:goal_node, 26:28] = sizes
+    midpoints, directions = _segments(walls, segments)
+    links = _links(people, objects, pairs, midpoints, goal_node + 1)
+    words = empty_words(goal_node + 1 + len(midpoints), len(links.lengths))
+    frame = views(words)
+    features, lengths = frame.features, frame.lengths
+    _name_nodes(frame.kinds, frame.keys, people.ids, objects.ids)
+    features[:, 0] = 1.0
+    _fill_room(features, lengths, command, len(people.ids))
+    _fill_entities(features, lengths, 1, 0, people, interval)
+    _fill_entities(features, lengths, first_object, 1, objects, interval)
+    features[first_object:goal_node, OWN + 7 : OWN + 9] = sizes
     _fill_goal(features, lengths, goal_node, goal)
-    midpoints = _fill_walls(features, lengths, goal_node + 1, walls, segments)
-    sources, targets, relations, link_lengths = _links(people, objects, pairs, midpoints, goal_node + 1)
-    return FrameArrays(features, kinds, keys, lengths, sources, targets, relations, link_lengths)
+    _fill_walls(features, lengths, goal_node + 1, midpoints, directions)
+    frame.link_sources[:], frame.link_targets[:] = links.sources, links.targets
+    frame.link_relations[:], frame.link_lengths[:] = links.relations, links.lengths
+    return words
 
 
 @njit
@@ -91,13 +86,13 @@ def _name_nodes(kinds: Int32Array, keys: IntArray, people: IntArray, objects: In
 
 
 @njit
-def _fill_room(features: Float32Array, command: FloatArray, num_people: int) -> None:
+def _fill_room(features: Float32Array, lengths: Float32Array, command: FloatArray, num_people: int) -> None:
     """The room's row: the robot's command and how crowded the room is."""
-    features[0, 2] = 1.0
-    features[0, 17] = command[0] * _ADVANCE_SCALE
-    features[0, 18] = command[2] * _TURN_SCALE
-    features[0, 30] = num_people / 15.0
-    features[0, 31] = num_people * num_people / 225.0
+    features[0, OWN] = command[0] * _ADVANCE_SCALE
+    features[0, OWN + 1] = command[2] * _TURN_SCALE
+    features[0, OWN + 2] = num_people / 15.0
+    features[0, OWN + 3] = num_people * num_people / 225.0
+    lengths[0] = 0.0
 
 
 @njit
@@ -106,25 +101,23 @@ def _fill_entities(
     lengths: Float32Array,
     first: int,
     kind: int,
-    column: int,
     entities: Entities,
     interval: float,
 ) -> None:
-    """Rows of people (9 features from `column` on) or of objects (11, with two left for the size)."""
+    """Rows of people (9 features) or of objects (11, with two left for the size)."""
     poses, velocities = entities.poses, entities.velocities
     for index in range(len(poses)):
         row = features[first + index]
         x, y, heading = poses[index, 0] / 10.0, poses[index, 1] / 10.0, poses[index, 2]
         distance = np.hypot(x, y)
-        row[kind] = 1.0
-        row[column] = -y
-        row[column + 1] = x
-        row[column + 2] = -velocities[index, 2] * interval / 10.0
-        row[column + 3] = velocities[index, 1] * interval / 10.0
-        row[column + 4] = -velocities[index, 0] * interval / 10.0
-        row[column + 5] = -np.cos(heading)
-        row[column + 6] = -np.sin(heading)
-        last = column + 7 if kind == 0 else column + 9
+        row[OWN] = -y
+        row[OWN + 1] = x
+        row[OWN + 2] = -velocities[index, 2] * interval / 10.0
+        row[OWN + 3] = velocities[index, 1] * interval / 10.0
+        row[OWN + 4] = -velocities[index, 0] * interval / 10.0
+        row[OWN + 5] = -np.cos(heading)
+        row[OWN + 6] = -np.sin(heading)
+        last = OWN + 7 if kind == 0 else OWN + 9
         row[last] = distance
         row[last + 1] = 1.0 - distance
         lengths[first + index] = np.hypot(poses[index, 0], poses[index, 1]) / 10.0
@@ -134,46 +127,49 @@ def _fill_entities(
 def _fill_goal(features: Float32Array, lengths: Float32Array, node: int, goal: FloatArray) -> None:
     distance = np.hypot(goal[0], goal[1]) / 10.0
     row = features[node]
-    row[4] = 1.0
-    row[38] = -goal[1] / 10.0
-    row[39] = goal[0] / 10.0
-    row[40] = distance
-    row[41] = 1.0 - distance
+    row[OWN] = -goal[1] / 10.0
+    row[OWN + 1] = goal[0] / 10.0
+    row[OWN + 2] = distance
+    row[OWN + 3] = 1.0 - distance
     lengths[node] = distance
 
 
 @njit
-def _fill_walls(
-    features: Float32Array, lengths: Float32Array, first: int, walls: FloatArray, segments: IntArray
-) -> FloatArray:
-    """Rows of the wall segments; returns the segments' midpoints (num_segments, 2) [m]."""
-    midpoints = np.empty((len(features) - first, 2))
+def _segments(walls: FloatArray, segments: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Midpoints [m] and directions of the walls' segments, (num_segments, 2) each."""
+    midpoints, directions = np.empty((segments.sum(), 2)), np.empty((segments.sum(), 2))
     index = 0
     for wall in range(len(walls)):
         dx, dy = walls[wall, 2] - walls[wall, 0], walls[wall, 3] - walls[wall, 1]
         length = max(np.hypot(dx, dy), 1e-12)
         for segment in range(segments[wall]):
             share = (segment + 0.5) / segments[wall]
-            x, y = walls[wall, 0] + share * dx, walls[wall, 1] + share * dy
-            midpoints[index, 0], midpoints[index, 1] = x, y
-            distance = np.hypot(x, y) / 10.0
-            row = features[first + index]
-            row[3] = 1.0
-            row[32] = -y / 10.0
-            row[33] = x / 10.0
-            row[34] = -dy / length
-            row[35] = dx / length
-            row[36] = distance
-            row[37] = 1.0 - distance
-            lengths[first + index] = distance
+            midpoints[index, 0], midpoints[index, 1] = walls[wall, 0] + share * dx, walls[wall, 1] + share * dy
+            directions[index, 0], directions[index, 1] = dx / length, dy / length
             index += 1
-    return midpoints
+    return midpoints, directions
 
 
 @njit
-def _links(
-    people: Entities, objects: Entities, pairs: IntArray, midpoints: FloatArray, first_wall: int
-) -> tuple[Int32Array, Int32Array, Int32Array, Float32Array]:
+def _fill_walls(
+    features: Float32Array, lengths: Float32Array, first: int, midpoints: FloatArray, directions: FloatArray
+) -> None:
+    """Rows of the wall segments."""
+    for index in range(len(midpoints)):
+        x, y = midpoints[index]
+        distance = np.hypot(x, y) / 10.0
+        row = features[first + index]
+        row[OWN] = -y / 10.0
+        row[OWN + 1] = x / 10.0
+        row[OWN + 2] = -directions[index, 1]
+        row[OWN + 3] = directions[index, 0]
+        row[OWN + 4] = distance
+        row[OWN + 5] = 1.0 - distance
+        lengths[first + index] = distance
+
+
+@njit
+def _links(people: Entities, objects: Entities, pairs: IntArray, midpoints: FloatArray, first_wall: int) -> _Links:
     """Both directions of every interaction and of every person near a wall segment."""
     room = 2 * (len(pairs) + len(people.ids) * len(midpoints))
     sources, targets = np.empty(room, dtype=np.int32), np.empty(room, dtype=np.int32)
@@ -200,7 +196,7 @@ def _links(
                 sources[count + 1], targets[count + 1] = first_wall + wall, 1 + person
                 lengths[count : count + 2] = distance
                 count += 2
-    return sources[:count].copy(), targets[:count].copy(), relations[:count].copy(), lengths[:count].copy()
+    return _Links(sources[:count], targets[:count], relations[:count], lengths[:count])
 
 
 @njit

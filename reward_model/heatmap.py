@@ -25,7 +25,8 @@ from typing import Final, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from reward_model.graph import Float32Array, FrameGraph, frame_graph, select_window, wall_segments
+from reward_model.graph import FrameGraph, frame_graph, select_window, wall_segments
+from reward_model.packed_frames import Float32Array
 from reward_model.poses import aligned, driven, placed_at, rotated, seen_from
 from reward_model.scenario import FloatArray, IntArray, Objects, People, ScenarioError, Sequence, Snapshot
 

@@ -19,9 +19,9 @@ from reward_model.checkpoint import Checkpoint, NetworkConfig, save_checkpoint
 from reward_model.evaluation import error_histogram, report
 from reward_model.examples import DatasetError, Examples, Part
 from reward_model.files import replace_file
-from reward_model.graph import Float32Array
 from reward_model.loading import DataConfig, load_part, load_parts
 from reward_model.networks import trainable_network, usable_device
+from reward_model.packed_frames import Float32Array
 from reward_model.ratings import QUESTIONS
 from reward_model.scorer import SocialScorer
 from reward_model.training import Epoch, TrainingConfig, best_epoch, errors, fit

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from reward_model.flat_layers import Layer
 from reward_model.flat_window import NUM_GROUPED, NUM_INTO_ROOM, NUM_MEETING, Edges
-from reward_model.graph import NUM_FRAMES, Float32Array
+from reward_model.graph import NUM_FRAMES
 from reward_model.jit import njit
+from reward_model.packed_frames import Float32Array
 from reward_model.scenario import IntArray
 from reward_model.tiles import LANES, add_product, tile_1_1, tile_2_1
 

@@ -14,9 +14,10 @@ import torch
 from reward_model.checkpoint import Checkpoint, CheckpointError, NetworkConfig, load_checkpoint
 from reward_model.compiled import EdgelessMPNN, propagate
 from reward_model.fused import FusedMPNN
-from reward_model.graph import NUM_FRAMES, Float32Array, FrameGraph, sequence_frames
+from reward_model.graph import NUM_FRAMES, FrameGraph, sequence_frames
 from reward_model.networks import network_on_dgl, torch_device
 from reward_model.operators_file import OPERATORS_FILE, kept_operators
+from reward_model.packed_frames import Float32Array
 from reward_model.scenario import Scores, Sequence
 from reward_model.windows import pack_windows
 

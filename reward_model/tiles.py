@@ -15,8 +15,8 @@ from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic
 
-from reward_model.graph import Float32Array
 from reward_model.jit import njit
+from reward_model.packed_frames import Float32Array
 
 LANES: Final = 8  # numbers in a vector: the widths of matrices are multiples of it
 

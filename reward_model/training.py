@@ -16,7 +16,8 @@ import torch
 from torch import Tensor
 
 from reward_model.compiled import EdgelessMPNN
-from reward_model.graph import Float32Array, FrameGraph
+from reward_model.graph import FrameGraph
+from reward_model.packed_frames import Float32Array
 from reward_model.training_state import (
     TrainingState,
     generator_tensors,

@@ -16,15 +16,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from reward_model.graph import (
-    NUM_NODE_FEATURES,
-    TIME_FEATURES,
-    Float32Array,
-    FrameGraph,
-    NodeKind,
-    Relation,
-    matching_nodes,
-)
+from reward_model.graph import NUM_NODE_FEATURES, TIME_FEATURES, FrameGraph, NodeKind, Relation, matching_nodes
+from reward_model.packed_frames import Float32Array, FrameArrays
 from reward_model.scenario import IntArray
 
 LINK_RELATIONS: Final = (
@@ -69,14 +62,15 @@ class WindowBatch:
 
 def pack_windows(windows: Items[Items[FrameGraph]]) -> WindowBatch:
     """Lay windows, each one to three frames newest first, out on one grid."""
-    slots = [_slots(window) for window in windows]
+    opened = [[frame.arrays for frame in window] for window in windows]
+    slots = [_slots(window) for window in opened]
     num_slots = max(int(places.max()) + 1 for window in slots for places in window)
     shape = (max(map(len, windows)), len(windows), num_slots)
     features = np.zeros((*shape, NUM_NODE_FEATURES), dtype=np.float32)
     kinds = np.full(shape, ABSENT, dtype=np.int64)
     lengths = np.zeros(shape, dtype=np.float32)
     links = []
-    for index, (window, window_slots) in enumerate(zip(windows, slots, strict=True)):
+    for index, (window, window_slots) in enumerate(zip(opened, slots, strict=True)):
         for time, (frame, places) in enumerate(zip(window, window_slots, strict=True)):
             features[time, index, places] = frame.features
             features[time, index, places, TIME_FEATURES + time] = 1
@@ -108,7 +102,7 @@ def pack_windows(windows: Items[Items[FrameGraph]]) -> WindowBatch:
     )
 
 
-def _slots(window: Items[FrameGraph]) -> list[IntArray]:
+def _slots(window: Items[FrameArrays]) -> list[IntArray]:
     """For each frame, the slot of each of its nodes; new things of older frames get slots of their own."""
     keys = window[0].keys
     slots = [np.arange(len(keys))]
@@ -116,7 +110,7 @@ def _slots(window: Items[FrameGraph]) -> list[IntArray]:
         if np.array_equal(frame.keys, keys):
             slots.append(np.arange(len(keys)))
             continue
-        places = np.full(len(frame), -1)
+        places = np.full(len(frame.keys), -1)
         known, nodes = matching_nodes(keys, frame.keys)
         places[nodes] = known
         unknown = places < 0

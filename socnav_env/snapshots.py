@@ -11,8 +11,9 @@ import numpy as np
 
 from reward_model import scenario
 from reward_model.graph import FRAME_SPACING, NUM_FRAMES, FrameGraph, check_links, wall_segments
-from reward_model.graph_kernels import Entities, FrameArrays, frame_arrays
+from reward_model.graph_kernels import Entities, packed_frame
 from reward_model.jit import njit
+from reward_model.packed_frames import Int32Array
 from reward_model.scenario import DEFAULT_INTERVAL, Objects, People, Snapshot
 from socnav_env.frames import closed_lines, points_in_frame, pose_rates, poses_in_frame
 from socnav_env.interactions import Interactions
@@ -88,7 +89,7 @@ class Recorder:
         earlier, now = self._states[-1], self._state()
         if now.interactions is not earlier.interactions:
             self._scene = self._scene._replace(pairs=now.interactions.pairs + 1)
-        arrays = _frame(
+        words = _frame(
             self._scene,
             earlier.robot_pose,
             earlier.people_poses,
@@ -98,7 +99,7 @@ class Recorder:
             self._control_period,
         )
         self._states.append(now)
-        self._frames.append(FrameGraph(*arrays))
+        self._frames.append(FrameGraph.of_words(words))
 
     @property
     def snapshots(self) -> tuple[Snapshot, ...]:
@@ -144,12 +145,12 @@ def _frame(
     people: FloatArray,
     command: FloatArray,
     duration: float,
-) -> FrameArrays:
+) -> Int32Array:
     """What `frame_graph` makes of the snapshot of a moment."""
     poses, goal, walls = _seen_from(scene, robot, people)
     velocities = pose_rates(_seen_from(scene, robot_before, people_before)[0], poses, duration)
     num_people = len(people)
-    return frame_arrays(
+    return packed_frame(
         Entities(scene.ids[:num_people], poses[:num_people], velocities[:num_people]),
         Entities(scene.ids[num_people:], poses[num_people:], velocities[num_people:]),
         scene.sizes,

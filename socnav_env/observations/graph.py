@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -108,8 +107,7 @@ def fitted_frames(window: Sequence[FrameGraph], max_nodes: int, max_links: int) 
 def _with_nodes(frame: FrameGraph, kept: BoolArray) -> FrameGraph:
     new_index = (np.cumsum(kept) - 1).astype(np.int32)
     frame = _chosen_links(frame, np.flatnonzero(kept[frame.link_sources] & kept[frame.link_targets]))
-    return replace(
-        frame,
+    return frame.replaced(
         features=frame.features[kept],
         kinds=frame.kinds[kept],
         keys=frame.keys[kept],
@@ -128,4 +126,4 @@ def _with_links(frame: FrameGraph, max_links: int) -> FrameGraph:
 
 def _chosen_links(frame: FrameGraph, chosen: IntArray) -> FrameGraph:
     names = ("link_sources", "link_targets", "link_relations", "link_lengths")
-    return replace(frame, **{name: getattr(frame, name)[chosen] for name in names})
+    return frame.replaced(**{name: getattr(frame, name)[chosen] for name in names})

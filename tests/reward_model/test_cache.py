@@ -27,7 +27,7 @@ def entry(tmp_path):
 def assert_same_frames(first: list[FrameGraph], second: list[FrameGraph]):
     assert len(first) == len(second)
     for one, other in zip(first, second, strict=True):
-        for name, array in vars(one).items():
+        for name, array in one.arrays._asdict().items():
             np.testing.assert_array_equal(array, getattr(other, name))
             assert array.dtype == getattr(other, name).dtype
 
