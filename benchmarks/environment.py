@@ -6,12 +6,13 @@ import math
 import os
 import time
 from collections import defaultdict
-from collections.abc import Sequence
-from contextlib import ExitStack
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from typing import Any, Final
 
 import numpy as np
 import pymunk
+import torch
 from numpy.typing import NDArray
 
 from benchmarks.figures import Figure
@@ -30,7 +31,8 @@ METHODS: Final = {
     RATES: "steps a second, random actions, resets not counted; all take turns",
     PARTS: "microseconds of a step of one environment with the learned reward; people are timed again by themselves, "
     "physics is what they leave of the call that both are in",
-    SHARES: "microseconds of each world's step in a vector environment with the learned reward",
+    SHARES: "microseconds of each world's step in a vector environment with the learned reward, whose network uses as "
+    "many threads as PyTorch is set to: one here, and one a core, as PyTorch has it where nobody says otherwise",
     FLOOR: "microseconds with eight people who walk: pymunk's own steps of a control period, and a whole step with "
     "crowdnav; they take turns",
     RESETS: "milliseconds of a reset with its two seconds of warm-up",
@@ -40,7 +42,7 @@ CROWD = EnvConfig(population=PopulationConfig(still=(0, 0), wandering=(8, 8), in
 
 
 def rates(steps: int, runs: int, sizes: Sequence[int]) -> list[Figure]:
-    """Steps a second of one environment and of vectors, by reward; and of worlds spread over all cores."""
+    """Steps a second of one environment and of vectors, by reward; of worlds and of networks spread over all cores."""
     single = {reward: make_single(reward=reward) for reward in REWARDS}
     vectors: dict[str, Any] = {}
     for reward in REWARDS:
@@ -53,6 +55,10 @@ def rates(steps: int, runs: int, sizes: Sequence[int]) -> list[Figure]:
     for run in range(runs + 1):
         played = {name: play_single(env, steps) for name, env in single.items()}
         played |= {name: play_vector(envs, steps) for name, envs in vectors.items()}
+        with _threads(cores):
+            for size in sizes[-2:]:
+                name = f"learned, {size} worlds"
+                played[f"{name}, {cores} threads"] = play_vector(vectors[name], steps)
         for name, rate in played.items() if run > 0 else ():  # the first one warms up
             values[name].append(rate)
     for envs in vectors.values():
@@ -92,11 +98,29 @@ def step_parts(steps: int) -> list[Figure]:
 
 
 def vector_parts(steps: int, num_envs: int) -> list[Figure]:
-    """What the reward costs a vector's step: the graphs and the network."""
+    """What the reward costs a vector's step, the graphs and the network, the latter on one core and on all."""
     environments = make_vector(num_envs, reward="learned")
     play_vector(environments, steps)
+    figures = []
+    for threads in sorted({1, os.cpu_count() or 1}):
+        with _threads(threads):
+            figures += _vector_parts(environments, steps, f"{threads} threads" if threads > 1 else "one thread")
+    return figures
+
+
+@contextmanager
+def _threads(count: int) -> Iterator[None]:
+    before = torch.get_num_threads()
+    torch.set_num_threads(count)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)
+
+
+def _vector_parts(environments: Any, steps: int, threads: str) -> list[Figure]:
     spent: Seconds = defaultdict(float)
-    scorer = environments.envs[0].reward.scorer
+    num_envs, scorer = environments.num_envs, environments.envs[0].reward.scorer
     with timed(snapshots_module, "_frame", "graph", spent), timed(scorer, "score_windows", "network", spent):
         environments.reset(seed=0)
         rows = []
@@ -109,11 +133,11 @@ def vector_parts(steps: int, num_envs: int) -> list[Figure]:
             if (terminations | truncations).any():
                 environments.reset(options={"reset_mask": terminations | truncations})
     figures = [
-        Figure(SHARES, part, "µs", [1e6 * row[part] / num_envs for row in rows])
+        Figure(SHARES, f"{part}, {threads}", "µs", [1e6 * row[part] / num_envs for row in rows])
         for part in ("graph", "network", "whole step")
     ]
     shares = [100 * (row["graph"] + row["network"]) / row["whole step"] for row in rows]
-    return [*figures, Figure(SHARES, "graph and network of it", "%", shares)]
+    return [*figures, Figure(SHARES, f"graph and network of it, {threads}", "%", shares)]
 
 
 def floor(steps: int) -> list[Figure]:

@@ -1,4 +1,5 @@
 import shutil
+from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -41,6 +42,16 @@ def test_what_was_stored_is_loaded(entry):
     np.testing.assert_array_equal(loaded.variants, stored.variants)
     assert (loaded.scenes, loaded.clips, loaded.raters) == (stored.scenes, stored.clips, stored.raters)
     assert [path.name for path in entry.parent.iterdir()] == ["entry"]
+
+
+def test_frames_that_windows_share_are_stored_once(tmp_path):
+    windows = [list(window) for window in some_examples().windows[:2]]
+    windows[1][0] = windows[0][1]
+    shared = replace(some_examples().chosen([0, 1]), windows=windows)
+    store_examples(shared, tmp_path / "entry")
+    assert len(np.load(tmp_path / "entry" / "node_starts.npy")) == 3 + 1
+    for one, other in zip(load_examples(tmp_path / "entry").windows, windows, strict=True):
+        assert_same_frames(one, other)
 
 
 def test_scenes_without_any_link(tmp_path):

@@ -1,8 +1,9 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 
-from reward_model.dataset import mirrored, rotated
+from reward_model.dataset import judged_moments, mirrored, moments, rotated
 from reward_model.scenario import Sequence
 from reward_model.socnav2_json import parse_socnav2, read_socnav2, socnav2_document
 from tests.reward_model.scenes import hand_made_document
@@ -80,3 +81,28 @@ def test_the_original_is_left_alone():
     mirrored(sequence)
     rotated(sequence)
     assert_same_scene(sequence, hand_made())
+
+
+def test_moments_of_a_recording_of_four_seconds():
+    times = [4 * index / 34 for index in range(35)]
+    windows = moments(times)
+    # The last, a second earlier, and the same from half a second earlier on: each a second apart, or a little more.
+    assert windows == [[34, 25, 16], [25, 16, 7], [29, 20, 11], [20, 11, 2]]
+
+
+def test_short_recordings_have_fewer_moments():
+    assert moments([0.0]) == [[0]]
+    assert moments([0.0, 0.6]) == [[1], [0]]
+    assert moments([0.0, 1.0]) == [[1, 0], [0], [0]]
+
+
+def test_snapshots_that_no_moment_needs_can_be_left_out():
+    scene = hand_made()
+    times = np.linspace(0.0, 4.0, 35).tolist()
+    long = replace(scene, snapshots=tuple(replace(scene.last, timestamp=time) for time in times))
+    short = judged_moments(long)
+    assert len(short) == 8
+    left = [snapshot.timestamp for snapshot in short]
+    assert [[left[place] for place in window] for window in moments(left)] == [
+        [times[place] for place in window] for window in moments(times)
+    ]

@@ -177,3 +177,15 @@ def test_two_parts_for_data_that_is_tested_elsewhere():
     assert parts["development"].scenes == three["development"].scenes
     assert set(parts["train"].scenes) == set(three["train"].scenes) | set(three["test"].scenes)
     assert len(parts["train"]) == len(three["train"]) + 2 * len(three["test"])
+
+
+def test_moments_share_their_frames():
+    sequence = random_sequence(np.random.default_rng(0), 2)
+    last = sequence.last
+    long = replace(sequence, snapshots=tuple(replace(last, timestamp=float(time)) for time in np.linspace(0, 4, 35)))
+    examples = examples_of([LabelledSequence(long, 0.5, 0.25, "s", "r")], "moments")
+    assert [len(window) for window in examples.windows] == [3, 3, 3, 3]
+    assert examples.variants.tolist() == [0, 1, 2, 3]
+    assert examples.windows[0][1] is examples.windows[1][0]
+    assert len({id(frame) for window in examples.windows for frame in window}) == 8
+    assert examples.scores.tolist() == [[0.5, 0.25]] * 4
