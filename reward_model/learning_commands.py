@@ -50,8 +50,9 @@ class Train:
     weight_decay: float = 1e-6
     seed: int = 0
     """Of the first weights and the order of the data."""
-    augment: Literal["none", "mirror", "all"] = "mirror"
-    """Copies of the training scenes: mirrored, or also with the robot turned round, for scenes in which it drives."""
+    augment: Literal["none", "mirror", "all", "moments"] = "mirror"
+    """Copies of the training scenes: mirrored; or also with the robot turned round, for scenes in which it drives; or
+    earlier moments, which a teacher scores."""
     weigh: Literal["clips", "ratings"] = "clips"
     """What counts the same: every clip, however many people scored it, or every rating."""
     held_out: float = 0.1

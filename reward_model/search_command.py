@@ -60,7 +60,7 @@ class Search:
     """Epochs without a better development error before a session ends."""
     seed: int = 0
     """Of what is drawn."""
-    augment: Literal["none", "mirror", "all"] = "mirror"
+    augment: Literal["none", "mirror", "all", "moments"] = "mirror"
     """As for train."""
     weigh: Literal["clips", "ratings"] = "clips"
     """As for train."""

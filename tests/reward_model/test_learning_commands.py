@@ -206,6 +206,13 @@ def test_errors_on_other_data(recordings, tmp_path, capsys):
     assert (status, "scene 'a' must be in one part only" in err) == (2, True)
 
 
+def test_moments_need_a_teacher(capsys, recordings, tmp_path):
+    arguments = ("train", "--data", recordings, "--output", tmp_path / "out", "--augment", "moments")
+    status, _, err = run(capsys, *arguments)
+    assert (status, "augmentation moments needs a teacher" in err) == (2, True)
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_teacher_scores_the_copies(recordings, tmp_path):
     """The original keeps its label; a copy has the score that the network gives to the copy."""
     from rich.progress import Progress
