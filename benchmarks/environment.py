@@ -6,17 +6,16 @@ import math
 import os
 import time
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Sequence
+from contextlib import ExitStack
 from typing import Any, Final
 
 import numpy as np
 import pymunk
-import torch
 from numpy.typing import NDArray
 
 from benchmarks.figures import Figure
-from benchmarks.players import Seconds, make_single, make_vector, play_single, play_vector, timed
+from benchmarks.players import Seconds, make_single, make_vector, play_single, play_vector, threads_of_torch, timed
 from reward_model.jit import machine_code, njit
 from socnav_env import snapshots as snapshots_module
 from socnav_env.config import EnvConfig, PopulationConfig
@@ -55,7 +54,7 @@ def rates(steps: int, runs: int, sizes: Sequence[int]) -> list[Figure]:
     for run in range(runs + 1):
         played = {name: play_single(env, steps) for name, env in single.items()}
         played |= {name: play_vector(envs, steps) for name, envs in vectors.items()}
-        with _threads(cores):
+        with threads_of_torch(cores):
             for size in sizes[-2:]:
                 name = f"learned, {size} worlds"
                 played[f"{name}, {cores} threads"] = play_vector(vectors[name], steps)
@@ -103,19 +102,9 @@ def vector_parts(steps: int, num_envs: int) -> list[Figure]:
     play_vector(environments, steps)
     figures = []
     for threads in sorted({1, os.cpu_count() or 1}):
-        with _threads(threads):
+        with threads_of_torch(threads):
             figures += _vector_parts(environments, steps, f"{threads} threads" if threads > 1 else "one thread")
     return figures
-
-
-@contextmanager
-def _threads(count: int) -> Iterator[None]:
-    before = torch.get_num_threads()
-    torch.set_num_threads(count)
-    try:
-        yield
-    finally:
-        torch.set_num_threads(before)
 
 
 def _vector_parts(environments: Any, steps: int, threads: str) -> list[Figure]:

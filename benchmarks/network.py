@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections import defaultdict
 from collections.abc import Callable, Sequence
@@ -10,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from benchmarks.figures import Figure
-from benchmarks.players import Seconds, make_vector, timed
+from benchmarks.players import Seconds, make_vector, threads_of_torch, timed
 from benchmarks.scoring import flushing_denormals, has_dgl
 from reward_model.scorer import load_scorer
 
@@ -30,6 +31,10 @@ def network_rates(steps: int, runs: int, batches: Sequence[int]) -> list[Figure]
     for batch in batches:
         compiled, dgl = _rates(batch, max(runs, steps // batch), runs, on_dgl)
         figures.append(Figure(NETWORK, f"compiled, {batch} at once", "1/s", compiled))
+        if (cores := os.cpu_count() or 1) > 1 and batch > 1:
+            with threads_of_torch(cores):
+                threaded, _ = _rates(batch, max(runs, steps // batch), 0, None)
+            figures.append(Figure(NETWORK, f"compiled, {batch} at once, {cores} threads", "1/s", threaded))
         if dgl:
             ratio = float(np.median(compiled) / np.median(dgl))
             figures += [Figure(NETWORK, f"DGL, windows of {batch} worlds", "1/s", dgl)]

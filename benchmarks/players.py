@@ -10,6 +10,7 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
+import torch
 from gymnasium.vector import AutoresetMode
 
 import socnav_env  # noqa: F401 - registers SocNav2-v0
@@ -83,3 +84,14 @@ def timed(owner: Any, name: str, part: str, spent: Seconds) -> Iterator[None]:
             setattr(owner, name, function)
         else:
             delattr(owner, name)
+
+
+@contextmanager
+def threads_of_torch(count: int) -> Iterator[None]:
+    """Let PyTorch, and with it the fused network, use so many threads for a while."""
+    before = torch.get_num_threads()
+    torch.set_num_threads(count)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)

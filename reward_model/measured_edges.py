@@ -75,54 +75,41 @@ def add_meeting(
     edges: Edges, layer: Layer, curves: OnCurves, hidden: Float32Array, out: Float32Array, whole: int
 ) -> None:
     """What meets in a node is summed up before it is multiplied."""
-    rank, width = layer.rank, curves.coefficients.shape[1]
+    rank, inputs = layer.rank, hidden.shape[1]
     turned = curves.coefficients.T
     for relation in range(NUM_MEETING):
         times = min(whole + 1, NUM_FRAMES) if relation < NUM_INTO_ROOM else whole
         first, last = edges.bounds[relation, 0], edges.bounds[relation, times]
-        heard = np.zeros(((last - first) * rank, hidden.shape[1]), dtype=np.float32)
+        rows, nodes = np.arange(last - first) * rank, edges.centres[first:last]
+        heard = np.zeros(((last - first) * rank, inputs), dtype=np.float32)
         for group in range(first, last):
-            edge, end = edges.starts[group], edges.starts[group + 1]
-            while edge < end:
-                run, row = (
-                    _alike(edges.others, curves.matrices, edge, end),
-                    (group - first) * rank + curves.matrices[edge],
-                )
-                if width == 2:
-                    for column in range(0, hidden.shape[1], LANES):
-                        tile_2_1(turned, 0, edge, hidden, edges.others[edge], heard, row, column, run)
-                else:
-                    add_product(turned, 0, edge, hidden, edges.others[edge], heard, row, width, run)
-                edge += run
-        if width == rank:
-            _multiply_all(heard, layer.measured, relation * rank, out, edges.centres[first:last])
+            _sum_up(edges, curves, turned, group, hidden, heard, rows[group - first])
+        if curves.coefficients.shape[1] == rank:
+            _multiply_all(heard.reshape(last - first, rank * inputs), layer.measured, relation, out, nodes)
         else:
-            rows = np.arange(last - first) * rank
-            _multiply(
-                heard,
-                rows,
-                1,
-                layer.measured,
-                relation * rank,
-                curves.used[first:last],
-                out,
-                edges.centres[first:last],
-                0,
-            )
+            _multiply(heard, rows, 1, layer.measured, relation, curves.used[first:last], out, nodes, 0)
 
 
 @njit
-def _multiply_all(
-    heard: Float32Array, measured: Float32Array, first: int, out: Float32Array, out_rows: IntArray
+def _sum_up(
+    edges: Edges,
+    curves: OnCurves,
+    turned: Float32Array,
+    group: int,
+    hidden: Float32Array,
+    heard: Float32Array,
+    row: int,
 ) -> None:
-    """As `_multiply`, with all of a relation's matrices, in one product."""
-    together = heard.reshape(len(out_rows), -1)
-    inner = together.shape[1]
-    products = np.zeros((len(out_rows), out.shape[1]), dtype=np.float32)
-    add_product(together, 0, 0, measured, first * heard.shape[1], products, 0, len(out_rows), inner)
-    for index in range(len(out_rows)):
-        for column in range(out.shape[1]):
-            out[out_rows[index], column] += products[index, column]
+    """Add a group's other ends to the rows of the matrices that they will be multiplied with, from `row` on."""
+    edge, end, width = edges.starts[group], edges.starts[group + 1], len(turned)
+    while edge < end:
+        run, matrix = _alike(edges.others, curves.matrices, edge, end), row + curves.matrices[edge]
+        if width == 2:
+            for column in range(0, hidden.shape[1], LANES):
+                tile_2_1(turned, 0, edge, hidden, edges.others[edge], heard, matrix, column, run)
+        else:
+            add_product(turned, 0, edge, hidden, edges.others[edge], heard, matrix, width, run)
+        edge += run
 
 
 @njit
@@ -130,34 +117,28 @@ def add_parting(
     edges: Edges, layer: Layer, curves: OnCurves, hidden: Float32Array, out: Float32Array, whole: int
 ) -> None:
     """What parts from a node is multiplied before it is shared out."""
-    rank, width = layer.rank, curves.coefficients.shape[1]
     for relation in range(NUM_MEETING, NUM_GROUPED):
         first, last = edges.bounds[relation, 0], edges.bounds[relation, whole]
-        said = np.zeros(((last - first) * rank, out.shape[1]), dtype=np.float32)
-        rows = np.arange(last - first) * rank
-        _multiply(
-            hidden,
-            edges.centres[first:last],
-            0,
-            layer.measured,
-            relation * rank,
-            curves.used[first:last],
-            said,
-            rows,
-            1,
-        )
+        rows, nodes = np.arange(last - first) * layer.rank, edges.centres[first:last]
+        said = np.zeros(((last - first) * layer.rank, out.shape[1]), dtype=np.float32)
+        _multiply(hidden, nodes, 0, layer.measured, relation, curves.used[first:last], said, rows, 1)
         for group in range(first, last):
-            edge, end = edges.starts[group], edges.starts[group + 1]
-            while edge < end:
-                row = (group - first) * rank + curves.matrices[edge]
-                if width == 2:
-                    for column in range(0, out.shape[1], LANES):
-                        tile_1_1(curves.coefficients, edge, 0, said, row, out, edges.others[edge], column, width)
-                    edge += 1
-                else:
-                    run = _alike(edges.others, curves.matrices, edge, end)
-                    add_product(curves.coefficients, edge, 0, said, row, out, edges.others[edge], run, width)
-                    edge += run
+            _share_out(edges, curves, group, said, rows[group - first], out)
+
+
+@njit
+def _share_out(edges: Edges, curves: OnCurves, group: int, said: Float32Array, row: int, out: Float32Array) -> None:
+    """Add to a group's other ends what the products from `row` on have for them."""
+    edge, end, width = edges.starts[group], edges.starts[group + 1], curves.coefficients.shape[1]
+    while edge < end:
+        run, matrix = 1, row + curves.matrices[edge]
+        if width == 2:
+            for column in range(0, out.shape[1], LANES):
+                tile_1_1(curves.coefficients, edge, 0, said, matrix, out, edges.others[edge], column, width)
+        else:
+            run = _alike(edges.others, curves.matrices, edge, end)
+            add_product(curves.coefficients, edge, 0, said, matrix, out, edges.others[edge], run, width)
+        edge += run
 
 
 @njit
@@ -175,7 +156,7 @@ def _multiply(
     source_rows: IntArray,
     source_step: int,
     measured: Float32Array,
-    first: int,
+    relation: int,
     used: NDArray[np.bool_],
     target: Float32Array,
     target_rows: IntArray,
@@ -188,7 +169,8 @@ def _multiply(
     inputs, outputs = source.shape[1], target.shape[1]
     factors, groups = np.empty((len(used), inputs), dtype=np.float32), np.empty(len(used), dtype=np.int64)
     products = np.empty((len(used), outputs), dtype=np.float32)
-    for matrix in range(used.shape[1]):
+    rank = used.shape[1]
+    for matrix in range(rank):
         count = 0
         for group in range(len(used)):
             if used[group, matrix]:
@@ -198,8 +180,21 @@ def _multiply(
                 groups[count] = group
                 count += 1
         products[:count] = 0
-        add_product(factors, 0, 0, measured, (first + matrix) * inputs, products, 0, count, inputs)
+        add_product(factors, 0, 0, measured, (relation * rank + matrix) * inputs, products, 0, count, inputs)
         for index in range(count):
             row = target_rows[groups[index]] + matrix * target_step
             for column in range(outputs):
                 target[row, column] += products[index, column]
+
+
+@njit
+def _multiply_all(
+    together: Float32Array, measured: Float32Array, relation: int, target: Float32Array, target_rows: IntArray
+) -> None:
+    """As `_multiply`, with all of a relation's matrices in one product; `together`: (groups, rank * in)."""
+    inner = together.shape[1]
+    products = np.zeros((len(together), target.shape[1]), dtype=np.float32)
+    add_product(together, 0, 0, measured, relation * inner, products, 0, len(together), inner)
+    for index in range(len(together)):
+        for column in range(target.shape[1]):
+            target[target_rows[index], column] += products[index, column]
