@@ -7,6 +7,7 @@ it was measured. docs/speed.md says what they mean. On a machine that does somet
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -54,7 +55,8 @@ def measure(options: Options) -> None:
     sections = measurements(options)
     chosen = options.only or tuple(sections)
     if unknown := sorted(set(chosen) - set(sections)):
-        raise SystemExit(f"only must name sections of {', '.join(sections)}, got {', '.join(unknown)}")
+        print(f"only must name sections of {', '.join(sections)}, got {', '.join(unknown)}", file=sys.stderr)
+        sys.exit(2)
     torch.set_num_threads(1)
     figures: list[Figure] = []
     for section in track(chosen, "measuring", console=Console(stderr=True), transient=True):
