@@ -167,7 +167,8 @@ def taking_turns(forms: dict[str, Form], data: LabelledWindows, batch_size: int,
 def cache_seconds(windows: list[list[FrameGraph]], count: int, folder: Path | None) -> dict[str, Any]:
     """Seconds to load a data set of so many windows from the cache, and then to look every one of them up."""
     names = tuple(map(str, range(count)))
-    repeated = [windows[index % len(windows)] for index in range(count)]
+    # A frame is stored once, whichever windows it is in: each window has frames of its own here.
+    repeated = [[FrameGraph.of_words(frame.words) for frame in windows[index % len(windows)]] for index in range(count)]
     scores = np.zeros((count, 2), dtype=np.float32)
     examples = Examples(repeated, scores, names, names, ("",) * count, np.zeros(count, dtype=np.int64))
     with tempfile.TemporaryDirectory(dir=folder) as place:
