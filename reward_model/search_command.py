@@ -116,8 +116,9 @@ class Experiments:
     """As for train."""
     output: Path
     """A folder for everything."""
-    kind: Literal["static", "sequences"]
-    """static: still scenes, as SocNav1's; sequences: recordings in which things move, with the paper's augmentation."""
+    kind: Literal["static", "sequences", "simulated"]
+    """static: still scenes, as SocNav1's; sequences: recordings in which things move, with the paper's augmentation;
+    simulated: recordings that a teacher has labelled, of which it scores earlier moments, too."""
     test: Path | None = None
     """As for train."""
     teacher: str | None = None

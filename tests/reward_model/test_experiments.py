@@ -95,3 +95,10 @@ def test_every_recipe_has_the_papers_three_networks():
             ("gat", "gat"),
             ("mpnn", "mpnn"),
         ]
+
+
+def test_peoples_scores_need_no_teacher_and_simulated_ones_do(tmp_path):
+    for kind in ("static", "sequences"):
+        DataConfig(tmp_path, RECIPES[kind].augmentation)
+    with pytest.raises(DatasetError, match="needs a teacher"):
+        DataConfig(tmp_path, RECIPES["simulated"].augmentation)
