@@ -79,8 +79,8 @@ _RGCN: Final = NetworkConfig("rgcn", _sizes(40, 40, 40), num_bases=8)
 _GAT: Final = NetworkConfig("gat", _sizes(12, 12, 12), num_heads=4, negative_slope=0.2)
 _MPNN: Final = NetworkConfig("mpnn", _sizes(40, 28, 20), "tabulated")
 
-# Still scenes: found by a few trials on the development part alone; weight decay is far above the paper's, as SocNav1 has
-# few scenes. Simulated ones: for the MPNN, what trained the default reward. Sequences that people scored: first guesses.
+# Still scenes: found by a few trials on the development part alone; weight decay is far above the paper's, for SocNav1
+# has few scenes. Simulated ones: for the MPNN, what trained the default reward. Scored sequences: first guesses.
 RECIPES: Final[Mapping[Kind, Recipe]] = MappingProxyType(
     {
         "static": Recipe(
