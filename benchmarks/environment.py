@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 
 from benchmarks.figures import Figure
 from benchmarks.players import Seconds, make_single, make_vector, play_single, play_vector, threads_of_torch, timed
+from reward_model import scoring as scoring_module
 from reward_model.jit import machine_code, njit
+from reward_model.scoring import Scoring
 from socnav_env import snapshots as snapshots_module
 from socnav_env.config import EnvConfig, PopulationConfig
 from socnav_env.env import SocNavEnv
@@ -31,7 +33,8 @@ METHODS: Final = {
     PARTS: "microseconds of a step of one environment with the learned reward; people are timed again by themselves, "
     "physics is what they leave of the call that both are in",
     SHARES: "microseconds of each world's step in a vector environment with the learned reward, whose network uses as "
-    "many threads as PyTorch is set to: one here, and one a core, as PyTorch has it where nobody says otherwise",
+    "many threads as PyTorch is set to: one here, and one a core, as it has where nobody says otherwise; its row is "
+    "what a step waits for it, handing windows over included; sparse, which asks no network, takes turns",
     FLOOR: "microseconds with eight people who walk: pymunk's own steps of a control period, and a whole step with "
     "crowdnav; they take turns",
     RESETS: "milliseconds of a reset with its two seconds of warm-up",
@@ -98,35 +101,55 @@ def step_parts(steps: int) -> list[Figure]:
 
 def vector_parts(steps: int, num_envs: int) -> list[Figure]:
     """What the reward costs a vector's step, the graphs and the network, the latter on one core and on all."""
-    environments = make_vector(num_envs, reward="learned")
-    play_vector(environments, steps)
+    learned, sparse = make_vector(num_envs, reward="learned"), make_vector(num_envs, reward="sparse")
+    play_vector(learned, steps)
     figures = []
     for threads in sorted({1, os.cpu_count() or 1}):
         with threads_of_torch(threads):
-            figures += _vector_parts(environments, steps, f"{threads} threads" if threads > 1 else "one thread")
+            figures += _vector_parts(learned, sparse, steps, f"{threads} threads" if threads > 1 else "one thread")
     return figures
 
 
-def _vector_parts(environments: Any, steps: int, threads: str) -> list[Figure]:
-    spent: Seconds = defaultdict(float)
-    num_envs, scorer = environments.num_envs, environments.envs[0].reward.scorer
-    with timed(snapshots_module, "_frame", "graph", spent), timed(scorer, "score_windows", "network", spent):
-        environments.reset(seed=0)
-        rows = []
-        for actions in np.random.default_rng(0).uniform(-1, 1, (-(-steps // num_envs), num_envs, 2)):
-            spent.clear()
-            begin = time.perf_counter()
-            _, _, terminations, truncations, _ = environments.step(actions)
-            spent["whole step"] = time.perf_counter() - begin
-            rows.append(spent.copy())
-            if (terminations | truncations).any():
-                environments.reset(options={"reset_mask": terminations | truncations})
-    figures = [
-        Figure(SHARES, f"{part}, {threads}", "µs", [1e6 * row[part] / num_envs for row in rows])
-        for part in ("graph", "network", "whole step")
+def _vector_parts(learned: Any, sparse: Any, steps: int, threads: str) -> list[Figure]:
+    num_envs = learned.num_envs
+    rows = _spent_in_turns({"whole step": learned, "sparse": sparse}, -(-steps // num_envs))
+    shares = {
+        "graph and network of it": [(row["graph"] + row["network"]) / row["whole step"] for row in rows],
+        "by which sparse is quicker": [1 - row["sparse"] / row["whole step"] for row in rows],
+    }
+    return [
+        *(
+            Figure(SHARES, f"{part}, {threads}", "µs", [1e6 * row[part] / num_envs for row in rows])
+            for part in ("graph", "network", "whole step")
+        ),
+        *(Figure(SHARES, f"{name}, {threads}", "%", [100 * share for share in each]) for name, each in shares.items()),
     ]
-    shares = [100 * (row["graph"] + row["network"]) / row["whole step"] for row in rows]
-    return [*figures, Figure(SHARES, f"graph and network of it, {threads}", "%", shares)]
+
+
+def _spent_in_turns(vectors: dict[str, Any], rounds: int) -> list[Seconds]:
+    """What each vector's step takes, by its name, and graphs and networks in all of them, round by round."""
+    num_envs = next(iter(vectors.values())).num_envs
+    spent: Seconds = defaultdict(float)
+    rows = []
+    for environments in vectors.values():
+        environments.reset(seed=0)
+    with ExitStack() as stack:
+        stack.enter_context(timed(snapshots_module, "_frame", "graph", spent))
+        stack.enter_context(timed(Scoring, "add", "network", spent))
+        stack.enter_context(timed(scoring_module, "_scores_of", "network", spent))
+        for actions in np.random.default_rng(0).uniform(-1, 1, (rounds, num_envs, 2)):
+            spent.clear()
+            ended = []
+            for name, environments in vectors.items():
+                begin = time.perf_counter()
+                _, _, terminations, truncations, _ = environments.step(actions)
+                spent[name] = time.perf_counter() - begin
+                ended.append(terminations | truncations)
+            rows.append(spent.copy())
+            for environments, mask in zip(vectors.values(), ended, strict=True):
+                if mask.any():
+                    environments.reset(options={"reset_mask": mask})
+    return rows
 
 
 def floor(steps: int) -> list[Figure]:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import os
 import time
-from collections import defaultdict
 from collections.abc import Callable, Sequence
 from typing import Any, Final
 
 import numpy as np
 
 from benchmarks.figures import Figure
-from benchmarks.players import Seconds, make_vector, threads_of_torch, timed
+from benchmarks.players import make_vector, threads_of_torch
 from benchmarks.scoring import flushing_denormals, has_dgl
 from reward_model.scorer import load_scorer
 
@@ -46,19 +45,19 @@ def _rates(batch: int, rounds: int, runs: int, on_dgl: Callable[[Any], Any] | No
     """Play worlds with the learned reward, and have DGL score what they were judged by in a few of the steps."""
     environments = make_vector(batch, reward="learned")
     environments.reset(seed=0)
-    spent: Seconds = defaultdict(float)
+    score = environments.envs[0].reward.scorer.score_windows
     compiled, dgl = [], []
-    with timed(environments.envs[0].reward.scorer, "score_windows", "network", spent):
-        for step, actions in enumerate(np.random.default_rng(0).uniform(-1, 1, (rounds + 1, batch, 2))):
-            spent.clear()
-            _, _, terminations, truncations, _ = environments.step(actions)
-            compiled.append(batch / spent["network"])
-            if on_dgl is not None and step <= runs:
-                windows = list(environments.call("window"))[:ON_DGL]
-                begin = time.perf_counter()
-                on_dgl(windows)
-                dgl.append(len(windows) / (time.perf_counter() - begin))
-            ended = terminations | truncations
-            if ended.any():
-                environments.reset(options={"reset_mask": ended})
+    for step, actions in enumerate(np.random.default_rng(0).uniform(-1, 1, (rounds + 1, batch, 2))):
+        _, _, terminations, truncations, _ = environments.step(actions)
+        windows = environments.call("window")
+        begin = time.perf_counter()
+        score(windows)
+        compiled.append(batch / (time.perf_counter() - begin))
+        if on_dgl is not None and step <= runs:
+            begin = time.perf_counter()
+            on_dgl(windows[:ON_DGL])
+            dgl.append(len(windows[:ON_DGL]) / (time.perf_counter() - begin))
+        ended = terminations | truncations
+        if ended.any():
+            environments.reset(options={"reset_mask": ended})
     return compiled[1:], dgl[1:]

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Callable
 from collections.abc import Sequence as Items
 from concurrent.futures import ThreadPoolExecutor
-from functools import cache
+from functools import cache, partial
 from itertools import pairwise
 from typing import Final
 
@@ -34,6 +35,7 @@ from reward_model.measured_edges import OnCurves, add_meeting, add_parting, on_c
 from reward_model.models.edge_networks import PLAIN, LayerOperators
 from reward_model.packed_frames import Float32Array
 from reward_model.scenario import IntArray
+from reward_model.scoring import Scoring, scoring_together
 from reward_model.tiles import add_product
 
 _SELF: Final = PLAIN.index(Relation.SELF)
@@ -43,6 +45,7 @@ _TO_NEWER: Final = (PLAIN.index(Relation.SECOND_TO_NOW), PLAIN.index(Relation.TH
 _TOGETHER: Final = 8  # windows that go through the layers together; what they need stays in a core's own cache
 _NUM_FEATURES: Final = tuple(map(len, FEATURES))
 _LEAST_SHARE: Final = 4  # windows that are worth a thread of their own
+_LEAST_GROUPS: Final = 4  # of windows that come one by one: for the first the threads wait, for the last the caller
 _LOWEST: Final = np.float32(-16.0)  # below it exp is nothing beside 1
 _DOUBLINGS: Final = 6
 _SCALE: Final = np.float32(1 / 2**_DOUBLINGS)
@@ -68,21 +71,38 @@ class FusedMPNN:
             return scores
         ends = [len(windows) * share // num_shares for share in range(num_shares + 1)]
         shares = [slice(*pair) for pair in pairwise(ends)]
-        others = [_threads().submit(self._score, windows[share], scores[share]) for share in shares[1:]]
+        threads = _threads(num_shares - 1)
+        others = [threads.submit(self._score, windows[share], scores[share]) for share in shares[1:]]
         self._score(windows[shares[0]], scores[shares[0]])
         for other in others:
             other.result()
         return scores
 
+    def begin(self, num_windows: int) -> Scoring:
+        """Take so many windows one by one; all threads but the caller's score the first ones meanwhile."""
+        num_threads = torch.get_num_threads() - 1
+        group_size = min(_TOGETHER, num_windows // _LEAST_GROUPS)
+        if num_threads < 1 or group_size < 1:
+            return scoring_together(self)
+        return Scoring(self._stacked, _threads(num_threads), group_size)
+
+    def _stacked(self, windows: Items[Items[FrameGraph]]) -> Callable[[], Float32Array]:
+        """Prepare a few windows, so that scoring them is a call of compiled code and no more."""
+        return partial(self._score_stack, stack_windows(windows), np.empty((len(windows), 2), dtype=np.float32))
+
+    def _score_stack(self, stack: Stack, scores: Float32Array) -> Float32Array:
+        _score_windows(stack, self._weights, self._shapes, scores)
+        return scores
+
     def _score(self, windows: Items[Items[FrameGraph]], scores: Float32Array) -> None:
         for start in range(0, len(windows), _TOGETHER):
             few = slice(start, start + _TOGETHER)
-            _score_windows(stack_windows(windows[few]), self._weights, self._shapes, scores[few])
+            self._score_stack(stack_windows(windows[few]), scores[few])
 
 
 @cache
-def _threads() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(thread_name_prefix="scorer")
+def _threads(count: int) -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(count, thread_name_prefix="scorer")
 
 
 os.register_at_fork(after_in_child=_threads.cache_clear)  # threads do not come along into a forked process

@@ -14,11 +14,12 @@ import torch
 from reward_model.checkpoint import Checkpoint, CheckpointError, NetworkConfig, load_checkpoint
 from reward_model.compiled import EdgelessMPNN, propagate
 from reward_model.fused import FusedMPNN
-from reward_model.graph import NUM_FRAMES, FrameGraph, sequence_frames
+from reward_model.graph import FrameGraph, sequence_frames
 from reward_model.networks import network_on_dgl, torch_device
 from reward_model.operators_file import OPERATORS_FILE, kept_operators
 from reward_model.packed_frames import Float32Array
 from reward_model.scenario import Scores, Sequence
+from reward_model.scoring import Scoring, check_window, scoring_together
 from reward_model.windows import pack_windows
 
 Form = Literal["auto", "compiled", "dgl"]
@@ -30,6 +31,10 @@ _LARGEST_BATCH: Final = 256  # windows at once, so that memory stays small for a
 class _Network(Protocol):
     def __call__(self, windows: Items[Items[FrameGraph]]) -> Float32Array:
         """(num_windows, 2) scores."""
+        ...
+
+    def begin(self, num_windows: int) -> Scoring:
+        """Take so many windows one by one."""
         ...
 
 
@@ -80,9 +85,15 @@ class SocialScorer:
         if not windows:
             return np.zeros((0, 2), dtype=np.float32)
         for index, window in enumerate(windows):
-            if not 1 <= len(window) <= NUM_FRAMES:
-                raise ValueError(f"window {index} must have 1 to {NUM_FRAMES} frames, got {len(window)}")
+            check_window(window, f"window {index}")
         return self._network(windows)
+
+    def begin(self, num_windows: int) -> Scoring:
+        """Score windows as they come: return what takes so many, one by one, and then gives the scores of each.
+
+        The compiled network scores the first ones in other threads meanwhile, where PyTorch is set to more than one.
+        """
+        return self._network.begin(num_windows)
 
 
 class _Compiled:
@@ -106,6 +117,9 @@ class _Compiled:
         self._layers = [layer.to(device) for layer in layers]
         self._device = device
 
+    def begin(self, num_windows: int) -> Scoring:
+        return scoring_together(self) if self._fused is None else self._fused.begin(num_windows)
+
     def __call__(self, windows: Items[Items[FrameGraph]]) -> Float32Array:
         if self._fused is not None:
             return self._fused(windows)
@@ -126,6 +140,9 @@ class _OnDGL:
         _load_state(self._network, checkpoint)
         self._network.eval().to(device)
         self._device = device
+
+    def begin(self, num_windows: int) -> Scoring:
+        return scoring_together(self)
 
     def __call__(self, windows: Items[Items[FrameGraph]]) -> Float32Array:
         with torch.inference_mode():

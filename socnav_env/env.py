@@ -16,6 +16,7 @@ from socnav_env.actions import action_of as action_of
 from socnav_env.actions import action_space, command_of
 from socnav_env.config import EnvConfig
 from socnav_env.episode import Episode, begin_episode
+from socnav_env.judging import judge
 from socnav_env.layout import FloatArray
 from socnav_env.metrics import episode_metrics
 from socnav_env.observations import AnyObservation, Observation, WindowObservation, make_observation
@@ -127,8 +128,7 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
         """
         self.require_running()
         self.advance(command_of(action, self.config.robot))
-        (scores,) = judge([self])
-        result = self.conclude(scores)
+        result = self.conclude(judge(self.reward.scorer, self.window()))
         return self.observe(), *result
 
     def observe(self) -> Any:
@@ -259,22 +259,6 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
         if moment.outcome is not None:
             info["episode_metrics"] = episode_metrics(episode.trajectory())
         return info
-
-
-def judge(envs: Sequence[SocNavEnv]) -> list[Scores | None]:
-    """Have the last second of each environment's episode scored; those that share a scorer, in one call.
-
-    Returns None for an environment whose reward has no scorer.
-    """
-    answers: list[Scores | None] = [None] * len(envs)
-    for scorer in {id(env.reward.scorer): env.reward.scorer for env in envs}.values():
-        if scorer is None:
-            continue
-        places = [place for place, env in enumerate(envs) if env.reward.scorer is scorer]
-        rows = scorer.score_windows([envs[place].window() for place in places]).tolist()
-        for place, (q1, q2) in zip(places, rows, strict=True):
-            answers[place] = Scores(q1, q2)
-    return answers
 
 
 def _config_of(config: EnvConfig | None, scenario: Scenario | None) -> EnvConfig:

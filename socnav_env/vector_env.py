@@ -12,7 +12,9 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space, concatenate, create_empty_array
 from numpy.typing import ArrayLike, NDArray
 
-from socnav_env.env import SocNavEnv, StepResult, check_options, judge
+from reward_model.scenario import Scores
+from socnav_env.env import SocNavEnv, StepResult, check_options
+from socnav_env.judging import Judging
 from socnav_env.layout import BoolArray, FloatArray
 from socnav_env.observations import RowObservation
 from socnav_env.vector_arguments import Seeds, autoreset_mode_of, commands_of, named_by, seeds_of, values_for
@@ -105,13 +107,11 @@ class SocNavVectorEnv(VectorEnv[Any, NDArray[np.float32], NDArray[Any]]):
         commands = commands_of(actions, chosen, self.action_space.shape, self.envs[0].config)
         for env in envs:
             env.require_running()
+        judging = Judging([env.reward.scorer for env in envs])
         for env, command in zip(envs, commands, strict=True):
             env.advance(command)
-        results = [env.conclude(scores) for env, scores in zip(envs, judge(envs), strict=True)]
-        for index, env, result in zip(chosen, envs, results, strict=True):
-            self._rewards[index], self._terminations[index], self._truncations[index], _ = result
-            self._seen.write(index, env)
-        return results
+            judging.add(env.window())
+        return [self._conclude(index, scores) for index, scores in zip(chosen, judging.scores(), strict=True)]
 
     def reset_some(self, chosen: Sequence[int], seeds: Sequence[int | None] | None = None) -> list[dict[str, Any]]:
         """Draw new scenes for some of the worlds and return the info of each, in their order."""
@@ -162,6 +162,13 @@ class SocNavVectorEnv(VectorEnv[Any, NDArray[np.float32], NDArray[Any]]):
     def np_random_seed(self) -> tuple[int | None, ...]:  # type: ignore[override]  # likewise
         """What every world was seeded with last."""
         return self.get_attr("np_random_seed")
+
+    def _conclude(self, index: int, scores: Scores | None) -> StepResult:
+        """End a world's step and have the robot look."""
+        result = self.envs[index].conclude(scores)
+        self._rewards[index], self._terminations[index], self._truncations[index], _ = result
+        self._seen.write(index, self.envs[index])
+        return result
 
     def _ended(self) -> list[int]:
         ended: list[int] = np.flatnonzero(self._terminations | self._truncations).tolist()

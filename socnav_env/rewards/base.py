@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from reward_model.graph import FrameGraph
     from reward_model.scenario import Scores
+    from reward_model.scoring import Scoring
     from socnav_env.world import World
 
 
@@ -46,6 +47,14 @@ class Scorer(Protocol):
 
     def score_windows(self, windows: Sequence[Sequence[FrameGraph]]) -> NDArray[np.float32]:
         """Return (num_windows, 2) q1 and q2."""
+
+
+@runtime_checkable
+class EagerScorer(Scorer, Protocol):
+    """A scorer that need not be given all windows at once, which is quicker where they come one after the other."""
+
+    def begin(self, num_windows: int) -> Scoring:
+        """Return what takes so many windows one by one, and then gives the scores of each."""
 
 
 @runtime_checkable

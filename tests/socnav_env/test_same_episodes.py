@@ -3,6 +3,7 @@
 import gymnasium as gym
 import numpy as np
 import pytest
+import torch
 
 import socnav_env  # noqa: F401 - registers SocNav2-v0
 from socnav_env.rewards import REWARDS
@@ -69,12 +70,14 @@ def assert_same_episodes(reward: str, seeds: range) -> set:
     return {episode.outcome for _, episode in single.values()}
 
 
-@pytest.mark.parametrize("reward", ["learned", "crowdnav"])
-def test_a_few_episodes_are_the_same(reward: str) -> None:
+@pytest.mark.parametrize(("reward", "num_threads"), [("learned", 1), ("learned", 2), ("crowdnav", 1)])
+def test_a_few_episodes_are_the_same(reward: str, num_threads: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(torch, "get_num_threads", lambda: num_threads)
     assert_same_episodes(reward, range(12))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("reward", REWARDS)
-def test_many_episodes_are_the_same(reward: str) -> None:
+def test_many_episodes_are_the_same(reward: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(torch, "get_num_threads", lambda: 2)
     assert len(assert_same_episodes(reward, range(200))) >= 3
