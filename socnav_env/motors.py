@@ -12,7 +12,6 @@ from socnav_env.layout import FloatArray
 from socnav_env.robot_config import MOST_NOISE, RobotConfig
 
 Velocity = tuple[float, float, float]  # forward [m/s], to the left [m/s], turn rate [rad/s]
-STANDING: Velocity = (0.0, 0.0, 0.0)
 
 
 class Motion(NamedTuple):
@@ -41,17 +40,17 @@ class Motors:
         limits = [math.inf if each is None else each for each in (robot.max_acceleration, robot.max_turn_acceleration)]
         self.motion = Motion(np.zeros(3), np.zeros(3), np.array(limits, dtype=np.float64))
 
-    def command(self, command: Velocity, rng: np.random.Generator) -> None:
+    def command(self, command: FloatArray, rng: np.random.Generator) -> None:
         """Take a command for the control period to come."""
         self.motion.wanted[:] = self._disturbed(command, rng) if self._noisy else command
 
-    def resume(self, velocity: Velocity) -> None:
+    def resume(self, velocity: FloatArray) -> None:
         """Go on from a velocity that the robot has reached by itself."""
         self.motion.velocity[:] = velocity
 
-    def _disturbed(self, command: Velocity, rng: np.random.Generator) -> Velocity:
+    def _disturbed(self, command: FloatArray, rng: np.random.Generator) -> Velocity:
         """The command with noise in proportion to how hard the robot is driven."""
-        robot, (forward, left, turn) = self._robot, command
+        robot, (forward, left, turn) = self._robot, map(float, command)
         effort = min(1.0, max(math.hypot(forward, left) / robot.top_speed, abs(turn) / robot.max_turn_rate))
         draws = np.clip(rng.standard_normal(3 if robot.is_holonomic else 2), -MOST_NOISE, MOST_NOISE)
         errors = (effort * draws).tolist()

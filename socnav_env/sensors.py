@@ -31,8 +31,8 @@ def look(world: World, sensors: SensorConfig) -> Sight:
     """What is seen now. The same instant looks the same however often one looks."""
     layout = world.layout
     sight = Sight(
-        world.people_poses,
-        world.people_velocities,
+        world.state.people_poses,
+        world.state.people_velocities,
         layout.object_poses,
         layout.object_sizes,
         world.interactions.pairs,

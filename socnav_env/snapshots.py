@@ -114,8 +114,8 @@ class Recorder:
         return [self._frames[-1 - age] for age in self._ages if age < len(self._frames)]
 
     def _state(self) -> _State:
-        world = self._world
-        return _State(world.time, world.command, world.robot_pose, world.people_poses, world.interactions)
+        world, state = self._world, self._world.state
+        return _State(world.time, world.command, state.robot_pose, state.people_poses, world.interactions)
 
     def _snapshot(self, earlier: _State, now: _State) -> Snapshot:
         scene, num_people = self._scene, len(now.people_poses)

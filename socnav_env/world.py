@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from socnav_env.frames import pose_rates
 from socnav_env.geometry import box_distances, boxes_of, wall_distances
 from socnav_env.interactions import Interactions, circles_of, interactions_of, talking
 from socnav_env.layout import BoolArray, FloatArray, IntArray, Layout, Script
-from socnav_env.motors import STANDING, Motors
+from socnav_env.motors import Motors
 from socnav_env.pedestrians import anyone_needs_target
 from socnav_env.people_config import ORCA, STAND
 from socnav_env.physics import Physics
@@ -43,13 +43,27 @@ class Contacts:
         return self.person or self.object or self.wall
 
 
+class WorldState(NamedTuple):
+    """Where everyone is at one moment, and how fast they were on the way to it: not to be written to.
+
+    Another moment has other arrays. See the properties of `World` that are named so.
+    """
+
+    robot_pose: FloatArray
+    robot_velocity: FloatArray
+    people_poses: FloatArray
+    people_velocities: FloatArray
+
+
 class World:
     """One episode's world; it begins `config.warm_up` seconds before the episode.
 
     While the time is negative everyone gives way to the robot, which then stands, whatever `robot_visibility`
     says: nobody can walk into it before it may act. A scenario's script tells what happened then instead.
 
-    Arrays that a world returns are copies.
+    Arrays that a world returns are copies, those of its state excepted.
+
+    state: where everyone is now, for who asks often
 
     random_state: of the generator when the world was made; with the layout and the configuration it says
         everything about the world to come
@@ -71,7 +85,7 @@ class World:
         self._bodies[:-1, :3] = layout.people_poses[self._walks]
         self._bodies[-1, :3] = layout.robot_pose
         self._before = self._bodies[:, :3].copy()
-        self._command = STANDING
+        self._command = np.zeros(3)
         self._motors = Motors(config.robot)
         self._touched = self._physics.bodies.touched
         self._walkers = walkers_of(
@@ -96,7 +110,7 @@ class World:
         if self.layout.script is not None and self._periods < 0:
             self._recall(self.layout.script)
             return
-        self._command = float(command[0]), float(command[1]), float(command[2])
+        self._command = np.array(command, dtype=np.float64)
         self._motors.command(self._command, self._rng)
         self._before[:] = self._bodies[:, :3]
         self._touched[:] = False
@@ -122,7 +136,7 @@ class World:
     @property
     def command(self) -> FloatArray:
         """What the robot was last told: (3,) forward [m/s], to the left [m/s], turn rate [rad/s]."""
-        return np.array(self._command)
+        return self._command.copy()
 
     @property
     def robot_radius(self) -> float:
@@ -137,22 +151,22 @@ class World:
     @property
     def robot_pose(self) -> FloatArray:
         """(3,) x [m], y [m], heading [rad] from -pi to pi."""
-        return self._robot_pose.copy()
+        return self.state.robot_pose.copy()
 
     @property
     def robot_velocity(self) -> FloatArray:
         """(3,) vx, vy [m/s] in the world frame and turn rate [rad/s]: the mean over the last control period."""
-        return self._robot_velocity.copy()
+        return self.state.robot_velocity.copy()
 
     @property
     def people_poses(self) -> FloatArray:
         """(num_people, 3) x [m], y [m], heading [rad] from -pi to pi."""
-        return self._people_poses.copy()
+        return self.state.people_poses.copy()
 
     @property
     def people_velocities(self) -> FloatArray:
         """(num_people, 3) vx, vy [m/s] in the world frame, turn rate [rad/s]: means over the last control period."""
-        return self._people_velocities.copy()
+        return self.state.people_velocities.copy()
 
     @property
     def people_targets(self) -> FloatArray:
@@ -196,13 +210,13 @@ class World:
 
     def obstacles(self) -> Surroundings:
         """Everything that stops a ray: walls, people as discs, and objects as boxes; not to be written to."""
-        discs = self._people_poses.copy()
+        discs = self.people_poses
         discs[:, 2] = self.people_radius
         return Surroundings(self._walls, discs, self._boxes)
 
     def distance_to_goal(self) -> float:
         """From the robot's centre [m]."""
-        return math.dist(self._robot_pose[:2].tolist(), self.layout.goal.tolist())
+        return math.dist(self.state.robot_pose[:2].tolist(), self.layout.goal.tolist())
 
     def arrived(self) -> bool:
         """Whether the robot's centre is within the arrival radius of the goal."""
@@ -211,8 +225,7 @@ class World:
     def _read(self) -> None:
         """Note poses and velocities as they are after a control period: they are asked for many times."""
         standing, period = self.layout.people_poses, self.config.control_period
-        state = state_of(self._bodies, self._before, self._walker_rows, standing, period)
-        self._robot_pose, self._robot_velocity, self._people_poses, self._people_velocities = state
+        self.state = WorldState(*state_of(self._bodies, self._before, self._walker_rows, standing, period))
 
     def _take_up(self, script: Script) -> None:
         """Begin where a scenario's warm-up begins; bodies are where they will be when the episode does."""
@@ -220,20 +233,18 @@ class World:
         self._bodies[:-1, 3:6] = script.velocities[self._walks]
         speeds = script.speeds[self._walks]
         self._walkers.speed[:] = np.where(np.isnan(speeds), self._walkers.speed, speeds)
-        self._robot_velocity, self._people_velocities = np.zeros(3), script.velocities.copy()
-        self._robot_pose, self._people_poses = script.robot_poses[0].copy(), script.people_poses[0].copy()
+        poses = script.robot_poses[0].copy(), script.people_poses[0].copy()
+        self.state = WorldState(poses[0], np.zeros(3), poses[1], script.velocities.copy())
 
     def _recall(self, script: Script) -> None:
         """Let a control period of the warm-up pass as the script tells it."""
         row, period = self._periods + self.config.warm_up_steps, self.config.control_period
         self._periods += 1
-        forward, left, turn_rate = script.commands[row].tolist()
-        self._command = forward, left, turn_rate
+        self._command = script.commands[row].copy()
         self._motors.resume(self._command)
         robot, people = script.robot_poses[row : row + 2], script.people_poses[row : row + 2]
-        self._robot_pose, self._people_poses = robot[1].copy(), people[1].copy()
-        self._robot_velocity = pose_rates(robot[:1], robot[1:], period)[0]
-        self._people_velocities = pose_rates(people[0], people[1], period)
+        velocities = pose_rates(robot[:1], robot[1:], period)[0], pose_rates(people[0], people[1], period)
+        self.state = WorldState(robot[1].copy(), velocities[0], people[1].copy(), velocities[1])
 
     def _simulate(self, notice: float) -> None:
         """Take the physics steps of a control period; `notice`: 0..1, of the robot by people."""
@@ -274,7 +285,7 @@ class World:
 
     def _off_limits(self) -> Surroundings:
         """What nobody picks a target in or beyond: all that stands, and the space between three or more who talk."""
-        discs = [self._around.discs, circles_of(self.interactions, self._people_poses)]
+        discs = [self._around.discs, circles_of(self.interactions, self.state.people_poses)]
         if self._conversations is not None:
             talkers = self._bodies[self._conversations.talkers(), :3].copy()
             talkers[:, 2] = self.config.people.radius

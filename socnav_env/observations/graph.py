@@ -75,7 +75,7 @@ class GraphObservation:
         graph = scene_graph(fitted_frames(window, self.max_nodes, self.max_links))
         row = np.zeros(self._parts.size, dtype=np.float32)
         parts = self._parts.split(row)
-        write_robot(parts["robot"], world.robot_pose, world.robot_velocity, time_left)
+        write_robot(parts["robot"], world.state.robot_pose, world.state.robot_velocity, time_left)
         parts["nodes"][: graph.features.size] = graph.features.ravel()
         parts["nodes_mask"][: len(graph.features)] = 1.0
         for name in ("sources", "targets", "relations", "lengths"):

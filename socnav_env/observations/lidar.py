@@ -47,8 +47,8 @@ class LidarObservation:
 
     def write(self, world: World, time_left: float, row: Float32Array) -> None:
         """Write the boxes' values one after the other."""
-        pose, parts = world.robot_pose, self._parts.split(row)
-        write_robot(parts["robot"], pose, world.robot_velocity, time_left)
+        pose, parts = world.state.robot_pose, self._parts.split(row)
+        write_robot(parts["robot"], pose, world.state.robot_velocity, time_left)
         write_points(parts["goal"], pose, world.layout.goal)
         parts["lidar"][:] = ray_distances(pose[0], pose[1], pose[2] + self.beams, self._range, *world.obstacles())
         self._parts.clip(row)

@@ -9,6 +9,7 @@ import numpy as np
 
 from socnav_env.interactions import NO_CHANGES, interactions_of
 from socnav_env.layout import FloatArray, Layout, ObjectKind, Room
+from socnav_env.world import WorldState
 
 PEOPLE_RADIUS = 0.25  # m
 ROBOT_RADIUS = 0.25  # m
@@ -53,6 +54,10 @@ class PuppetWorld:
         self.people_targets = self.layout.people_poses[:, :2].copy()
         self.contacts = SimpleNamespace(person=False, object=False, wall=False)
         self.at_goal = False
+
+    @property
+    def state(self) -> WorldState:
+        return WorldState(self.robot_pose, self.robot_velocity, self.people_poses.copy(), self.people_velocities.copy())
 
     def advance(self, command: FloatArray) -> None:
         forward, _, turn = command

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from socnav_env.config import RobotConfig
-from socnav_env.motors import STANDING, Motors, approach
+from socnav_env.motors import Motors, approach
 
 FULL = (3.5 / 9.4, 0.0, 4 / 10.32)
 
@@ -19,32 +19,32 @@ class NoRandomness:
 
 def test_by_default_a_robot_does_what_it_is_told_and_draws_nothing() -> None:
     motors = Motors(RobotConfig())
-    motors.command((0.1, 0.0, -0.2), NoRandomness())
+    motors.command(np.array([0.1, 0.0, -0.2]), NoRandomness())
     assert velocity(motors, 0.05) == (0.1, 0.0, -0.2)
 
 
 def test_speed_and_turn_rate_rise_at_most_so_fast() -> None:
     motors = Motors(RobotConfig(max_acceleration=1.0, max_turn_acceleration=2.0))
-    motors.command((0.12, 0.0, -0.15), NoRandomness())
+    motors.command(np.array([0.12, 0.0, -0.15]), NoRandomness())
     assert velocity(motors, 0.05) == pytest.approx((0.05, 0.0, -0.1))
     assert velocity(motors, 0.05) == pytest.approx((0.1, 0.0, -0.15))
     assert velocity(motors, 0.05) == pytest.approx((0.12, 0.0, -0.15))
-    motors.command((-0.12, 0.0, 0.0), NoRandomness())
+    motors.command(np.array([-0.12, 0.0, 0.0]), NoRandomness())
     assert velocity(motors, 0.1) == pytest.approx((0.02, 0.0, 0.0))
 
 
 def test_the_velocity_of_a_holonomic_robot_is_limited_as_a_vector() -> None:
     motors = Motors(RobotConfig(drive="holonomic", max_acceleration=1.0))
-    motors.command((0.3, -0.4, 0.2), NoRandomness())
+    motors.command(np.array([0.3, -0.4, 0.2]), NoRandomness())
     assert velocity(motors, 0.1) == pytest.approx((0.06, -0.08, 0.2))
 
 
 def test_after_a_stop_speed_is_taken_up_anew() -> None:
     motors = Motors(RobotConfig(max_acceleration=1.0))
-    motors.command((0.3, 0.0, 0.0), NoRandomness())
+    motors.command(np.array([0.3, 0.0, 0.0]), NoRandomness())
     for _ in range(10):
         velocity(motors, 0.05)
-    motors.resume(STANDING)
+    motors.resume(np.zeros(3))
     assert velocity(motors, 0.05) == pytest.approx((0.05, 0.0, 0.0))
 
 
@@ -56,7 +56,7 @@ def test_noise_has_the_deviation_asked_for_and_grows_with_the_command(drive: str
         command = np.array(FULL) * share
         told = []
         for _ in range(3000):
-            motors.command(tuple(command.tolist()), rng)
+            motors.command(command, rng)
             told.append(velocity(motors, 0.05))
         return np.array(told) - command
 
