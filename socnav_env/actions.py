@@ -12,6 +12,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
+from reward_model.jit import njit
 from socnav_env.layout import FloatArray
 from socnav_env.robot_config import RobotConfig
 
@@ -30,15 +31,34 @@ def command_of(action: ArrayLike, robot: RobotConfig) -> FloatArray:
     values = np.asarray(action, dtype=np.float64)
     size = 3 if robot.is_holonomic else 2
     if values.shape != (size,) or not all(map(math.isfinite, values.tolist())):
-        expected = "three finite numbers (forward, left, turn)" if size == 3 else "two finite numbers (forward, turn)"
-        raise ValueError(f"action must be {expected}, got {np.array2string(values, threshold=6)}")
-    forward, *sideways, turn = (min(max(value, -1.0), 1.0) for value in values.tolist())
-    left = sideways[0] if sideways else 0.0
-    length = math.hypot(forward, left)
-    if length > 1.0:
-        forward, left = forward / length, left / length
-    top_speed = robot.max_forward_speed if forward >= 0 else robot.max_backward_speed
-    return np.array([forward * top_speed, left * robot.max_sideways_speed, turn * robot.max_turn_rate])
+        raise ValueError(refusal_of(values, robot))
+    command: FloatArray = scaled(values.reshape(1, size), robot)[0]
+    return command
+
+
+def refusal_of(action: FloatArray, robot: RobotConfig) -> str:
+    """Say what is wrong with an action that is not as many finite numbers as the robot takes."""
+    rule = "three finite numbers (forward, left, turn)" if robot.is_holonomic else "two finite numbers (forward, turn)"
+    return f"action must be {rule}, got {np.array2string(action, threshold=6)}"
+
+
+def scaled(actions: FloatArray, robot: RobotConfig) -> FloatArray:
+    """Translate many actions, (n, 2) or (n, 3) finite numbers, into commands, (n, 3), as `command_of` does one."""
+    forwards, backwards = float(robot.max_forward_speed), float(robot.max_backward_speed)
+    return _scaled(actions, forwards, backwards, float(robot.max_sideways_speed), float(robot.max_turn_rate))
+
+
+@njit
+def _scaled(actions: FloatArray, forwards: float, backwards: float, sideways: float, turning: float) -> FloatArray:
+    commands = np.zeros((len(actions), 3))
+    for index in range(len(actions)):
+        shares = np.minimum(np.maximum(actions[index], -1.0), 1.0)
+        forward, left, turn = shares[0], shares[1] if len(shares) == 3 else 0.0, shares[-1]
+        length = max(math.hypot(forward, left), 1.0)
+        commands[index, 0] = forward / length * (forwards if forward >= 0 else backwards)
+        commands[index, 1] = left / length * sideways
+        commands[index, 2] = turn * turning
+    return commands
 
 
 def action_of(command: FloatArray, robot: RobotConfig) -> FloatArray:

@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 from numpy.typing import ArrayLike
 
-from socnav_env.actions import command_of
+from socnav_env.actions import refusal_of, scaled
 from socnav_env.config import EnvConfig
 from socnav_env.layout import BoolArray, FloatArray
 
@@ -73,11 +73,12 @@ def commands_of(
     values = np.asarray(actions, dtype=np.float64)
     if values.shape != shape:
         raise ValueError(f"actions must have shape {shape}, got {values.shape}")
-    try:
-        return [command_of(values[index], config.robot) for index in chosen]
-    except ValueError as error:
-        odd = next(index for index in chosen if not np.isfinite(values[index]).all())
-        raise ValueError(f"world {odd}: {error}") from None
+    rows = values[list(chosen)]
+    finite = np.isfinite(rows).all(axis=1)
+    if not finite.all():
+        odd = int(finite.argmin())
+        raise ValueError(f"world {chosen[odd]}: {refusal_of(rows[odd], config.robot)}")
+    return list(scaled(rows, config.robot))
 
 
 def values_for(values: Any, num_envs: int) -> Sequence[Any]:
