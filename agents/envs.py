@@ -41,7 +41,7 @@ class SocNavMaker:
         return gym.make("SocNav2-v0", disable_env_checker=True, render_mode=render_mode, **self._arguments())
 
     def side_by_side(self, num_envs: int, action_repeat: int) -> VecEnv:
-        """Return many in this process, whose rewards take one call of the network a step."""
+        """Return many in this process, whose rewards are scored many at a time."""
         from agents.vector import SB3VectorEnv
         from socnav_env.vector_env import SocNavVectorEnv
 

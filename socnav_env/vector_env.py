@@ -1,4 +1,4 @@
-"""`SocNavVectorEnv`, the environment behind `gym.make_vec("SocNav2-v0")`: many worlds, one batched reward."""
+"""`SocNavVectorEnv`, the environment behind `gym.make_vec("SocNav2-v0")`: many worlds, judged together."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from socnav_env.vector_infos import batch_infos
 
 
 class SocNavVectorEnv(VectorEnv[Any, NDArray[np.float32], NDArray[Any]]):
-    """Many worlds of `SocNav2-v0` in one process, whose rewards take one call of the network a step.
+    """Many worlds of `SocNav2-v0` in one process, whose rewards are scored many at a time.
 
     Every world goes the way that a `SocNavEnv` with its seed and its actions goes: they run the same code. Spaces,
     seeds, autoreset modes and infos are those of Gymnasium's `SyncVectorEnv`. What is returned shares no memory with
