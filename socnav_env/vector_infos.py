@@ -10,6 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 
+NUMBERS = (int, float, bool)
+
+
 def batch_infos(infos: Mapping[int, dict[str, Any]], num_envs: int) -> dict[str, Any]:
     """Gather the infos of single environments key by key, as `VectorEnv._add_info` does one after the other.
 
@@ -21,8 +24,10 @@ def batch_infos(infos: Mapping[int, dict[str, Any]], num_envs: int) -> dict[str,
     order = sorted(infos)
     for key in dict.fromkeys(chain.from_iterable(infos.values())):
         indices = [index for index in order if key in infos[index]]
-        present = np.zeros(num_envs, dtype=np.bool_)
-        present[indices] = True
+        present = np.ones(num_envs, dtype=np.bool_)
+        if len(indices) < num_envs:
+            present[:] = False
+            present[indices] = True
         column = [infos[index][key] for index in indices]
         batch[key], batch[f"_{key}"] = _batch_column(key, indices, column, num_envs), present
     return batch
@@ -33,6 +38,8 @@ def _batch_column(key: str, indices: list[int], column: list[Any], num_envs: int
     first = column[0]
     if isinstance(first, dict) and key != "final_obs":
         return batch_infos(dict(zip(indices, column, strict=True)), num_envs)
+    if len(column) == num_envs and type(first) in NUMBERS and key != "final_obs":
+        return np.array(column, dtype=type(first))
     values = _empty(key, first, num_envs)
     if values.dtype == object:
         for index, value in zip(indices, column, strict=True):
@@ -44,7 +51,7 @@ def _batch_column(key: str, indices: list[int], column: list[Any], num_envs: int
 
 def _empty(key: str, first: Any, num_envs: int) -> NDArray[Any]:
     """Rows for values like the first one."""
-    if key != "final_obs" and (type(first) in (int, float, bool) or isinstance(first, np.number)):
+    if key != "final_obs" and (type(first) in NUMBERS or isinstance(first, np.number)):
         return np.zeros(num_envs, dtype=type(first))
     if key != "final_obs" and isinstance(first, np.ndarray):
         return np.zeros((num_envs, *first.shape), dtype=first.dtype)

@@ -49,7 +49,6 @@ class Scorer(Protocol):
         """Return (num_windows, 2) q1 and q2."""
 
 
-@runtime_checkable
 class EagerScorer(Scorer, Protocol):
     """A scorer that need not be given all windows at once, which is quicker where they come one after the other."""
 
