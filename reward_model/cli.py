@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal, Protocol
 import tyro
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import Progress, track
 from rich.table import Table
 
 from reward_model.learning_commands import Agreement, Evaluate, Train
 from reward_model.search_command import Experiments, Label, Search
+from reward_model.watching import progress_bars, watched
 
 if TYPE_CHECKING:
     from reward_model.graph import FrameGraph
@@ -119,10 +119,9 @@ class Heatmaps:
         sequence = read_socnav2(self.file)
         scorer = load_scorer(self.weights)
         actions = {RECORDED: None, **(ACTIONS if self.actions else {})}
-        console = Console(stderr=True)
         positions, begin = len(actions) * self.resolution**2, time.perf_counter()
         try:
-            with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+            with progress_bars() as progress:
                 task = progress.add_task("scoring", total=positions)
                 advance = partial(progress.advance, task)
                 maps = {
@@ -155,9 +154,7 @@ class Behaviours:
         from reward_model.scorer import load_scorer
 
         scorer = load_scorer(self.weights)
-        console = Console(stderr=True)
-        behaviours = track(BEHAVIOURS, "asking", console=console, transient=True, disable=not console.is_terminal)
-        findings = [finding for behaviour in behaviours for finding in behaviour(scorer)]
+        findings = [finding for behaviour in watched(BEHAVIOURS, "asking") for finding in behaviour(scorer)]
         if self.output_format == "json":
             print(json.dumps([finding.document() for finding in findings], indent=1, allow_nan=False))
         elif self.output_format == "markdown":
@@ -216,11 +213,7 @@ def _read_windows(files: Items[Path]) -> list[list[FrameGraph]]:
     from reward_model.socnav2_json import read_socnav2
 
     windows, problems = [], []
-    console = Console(stderr=True)
-    progress = track(
-        files, "reading", console=console, transient=True, disable=not console.is_terminal or len(files) < 100
-    )
-    for file in progress:
+    for file in watched(files, "reading", least=100):
         try:
             sequence = read_socnav2(file)
             try:

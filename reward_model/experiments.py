@@ -14,8 +14,6 @@ from types import MappingProxyType
 from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
-from rich.console import Console
-from rich.progress import Progress
 
 from reward_model.checkpoint import NetworkConfig, load_checkpoint
 from reward_model.dataset import Augmentation
@@ -32,6 +30,7 @@ from reward_model.search_report import NAMES
 from reward_model.sessions import FAILED, run_sessions
 from reward_model.training import TrainingConfig, data_digest, predicted
 from reward_model.training_state import check_same
+from reward_model.watching import progress_bars
 
 Kind = Literal["static", "sequences", "simulated"]
 SESSIONS_FOLDER: Final = "sessions"
@@ -165,7 +164,7 @@ def experiment(
         name: setting if max_epochs is None else _shortened(setting, max_epochs)
         for name, setting in RECIPES[kind].settings.items()
     }
-    with Progress(console=Console(stderr=True), transient=True) as progress:
+    with progress_bars() as progress:
         parts = load_parts(data, progress)
     if "test" not in parts:
         raise DatasetError(f"{data.path}: an experiment needs a test part, got {sorted(parts)}")
@@ -223,7 +222,7 @@ def _begin(output: Path, plan: dict[str, Any], resume: bool) -> None:
 
 def _results(sessions: Mapping[str, Session], output: Path, jobs: int) -> dict[str, dict[str, Any]]:
     results = {}
-    with Progress(console=Console(stderr=True)) as progress:
+    with progress_bars(kept=True) as progress:
         bar = progress.add_task("train", total=len(sessions))
         for name, result in run_sessions(sessions, output / SESSIONS_FOLDER, jobs):
             if FAILED in result:

@@ -12,7 +12,6 @@ from types import TracebackType
 from typing import Any, Final, Literal
 
 import numpy as np
-from rich.console import Console
 from rich.progress import Progress, TaskID
 
 from reward_model.checkpoint import Checkpoint, NetworkConfig, save_checkpoint
@@ -25,6 +24,7 @@ from reward_model.packed_frames import Float32Array
 from reward_model.ratings import QUESTIONS
 from reward_model.scorer import SocialScorer
 from reward_model.training import Epoch, TrainingConfig, best_epoch, errors, fit
+from reward_model.watching import progress_bars
 
 STATE_FILE: Final = "training_state.safetensors"
 CURVE_FILE: Final = "curve.csv"
@@ -54,14 +54,15 @@ def train(session: Session, output: Path, resume: bool = False) -> dict[str, Any
     usable_device(session.network, session.training.device)
     if not resume and (output / STATE_FILE).exists():
         raise DatasetError(f"{output}: holds a training already; resume it or choose another output")
-    console = Console(stderr=True)
-    with Progress(console=console) as progress:
+    with progress_bars(kept=True) as progress:
         parts = load_parts(session.data, progress)
         bar = progress.add_task("train", total=session.training.max_epochs)
         with _Log(output, progress, bar) as log:
             about = learn(session, parts, output, log, resume)
     for question in sorted(set(QUESTIONS) - set(about["questions"])):
-        console.print(f"[yellow]nobody was asked for {question.upper()}: this network's {question} means nothing")
+        progress.console.print(
+            f"[yellow]nobody was asked for {question.upper()}: this network's {question} means nothing"
+        )
     return about
 
 
@@ -108,7 +109,7 @@ def evaluate(
     output: a folder for `evaluation.json` and a histogram of absolute errors a question
     Returns the report. Raises as `load_part`.
     """
-    with Progress(console=Console(stderr=True), transient=True) as progress:
+    with progress_bars() as progress:
         examples = load_part(data, part, progress)
         answers = _answers(scorer, examples, progress)
     found = {"weights": scorer.name, "data": str(data.path), "part": part, "examples": len(examples)}

@@ -17,8 +17,6 @@ from typing import Any, Final
 import optuna
 from filelock import FileLock, Timeout
 from optuna.trial import FrozenTrial, TrialState, create_trial
-from rich.console import Console
-from rich.progress import Progress
 from sqlalchemy.exc import SQLAlchemyError
 
 from reward_model.checkpoint import WEIGHTS_FILE
@@ -31,6 +29,7 @@ from reward_model.search_space import SearchSpace
 from reward_model.sessions import FAILED, Backend, read_result, run_sessions
 from reward_model.training import data_digest
 from reward_model.training_state import check_same
+from reward_model.watching import progress_bars
 
 STUDY_FILE: Final = "study.db"
 SESSIONS_FOLDER: Final = "sessions"
@@ -90,7 +89,7 @@ def search(
 
 def _identity(data: DataConfig, space: SearchSpace, config: SearchConfig) -> dict[str, Any]:
     """What makes this search this one."""
-    with Progress(console=Console(stderr=True), transient=True) as progress:
+    with progress_bars() as progress:
         parts = load_parts(data, progress)
     digests = {f"{part}_data": data_digest(examples.labelled()) for part, examples in parts.items()}
     identity = {**asdict(space), **digests, "seed": config.seed, "clips_alike": config.clips_alike}
@@ -111,7 +110,7 @@ def _run(
     running = run_sessions(
         {name: session_of(trial) for name, trial in waiting.items()}, folder, config.jobs, config.backend
     )
-    with Progress(console=Console(stderr=True)) as progress:
+    with progress_bars(kept=True) as progress:
         bar = progress.add_task("search", total=len(study.trials), completed=len(study.trials) - len(waiting))
         for name, result in running:
             number = waiting[name].number

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from reward_model.learning_commands import graph_folder
+from reward_model.watching import progress_bars
 
 if TYPE_CHECKING:
     from reward_model.search_space import SearchSpace
@@ -166,16 +167,12 @@ class Label:
 
     def run(self) -> None:
         """Label, and print where the copies are."""
-        from rich.console import Console
-        from rich.progress import Progress
-
         from reward_model.labelling import label_files, unlabelled_files
 
         if self.jobs < 1:
             raise ValueError(f"jobs must be at least 1, got {self.jobs}")
         files = unlabelled_files(self.data, self.output)
-        console = Console(stderr=True)
-        with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+        with progress_bars() as progress:
             bar = progress.add_task("label", total=len(files))
             for count in label_files(files, self.output, self.weights, self.jobs):
                 progress.advance(bar, count)

@@ -173,13 +173,10 @@ class Generate:
         for name, least in (("num_sequences", 1), ("jobs", 1), ("seed", 0)):
             if getattr(self, name) < least:
                 raise ValueError(f"{name} must be at least {least}, got {getattr(self, name)}")
-        from rich.console import Console
-        from rich.progress import Progress
-
+        from reward_model.watching import progress_bars
         from socnav_env.dataset_generation import GenerationError, generate_sequences
 
-        console = Console(stderr=True)
-        with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+        with progress_bars() as progress:
             task = progress.add_task("simulating", total=self.num_sequences)
             try:
                 made = generate_sequences(

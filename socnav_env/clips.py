@@ -8,15 +8,14 @@ import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final, TypeVar
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL.Image import Dither, Image, new
-from rich.console import Console
-from rich.progress import track
 
 from reward_model.heatmap import WindowScorer
+from reward_model.watching import watched
 from socnav_env.drivers import DRIVERS
 from socnav_env.env import SocNavEnv, action_of
 from socnav_env.overlays import heat_of
@@ -30,7 +29,6 @@ GIF_COLORS: Final = 128
 PALETTE_PICTURES: Final = 12  # of an episode, from which its palette is made
 LAST_PICTURE: Final = 2000  # ms for which a GIF rests on its last picture
 
-Item = TypeVar("Item")
 Picture = NDArray[np.uint8]  # (height, width, 3)
 
 
@@ -55,7 +53,7 @@ def play(env: SocNavEnv, driver: str, seed: int) -> Recording:
     env.reset(seed=seed)
     random = np.random.default_rng(seed)
     at_the_wheel = DRIVERS[driver](random)
-    for _ in _watched(range(env.config.max_steps), "playing"):
+    for _ in watched(range(env.config.max_steps), "playing"):
         command = at_the_wheel.command(env.world, random)
         info = env.step(action_of(command, env.config.robot))[-1]
         if info["outcome"] is not None:
@@ -69,7 +67,7 @@ def draw_recording(recording: Recording, whole: bool, look: Look) -> Iterator[Pi
     heats = _heats(recording, look.scorer, whole)
     end = len(trajectory) * period
     times = np.append(np.arange(0.0, end - 1e-6, 1 / (look.fps or 1 / period)), end)[0 if whole else -1 :]
-    for time in _watched(times.tolist(), "drawing"):
+    for time in watched(times.tolist(), "drawing"):
         heat = heats[min(math.floor(time / period + 1e-6), len(heats) - 1)] if heats else None
         yield renderer.draw(replace(view_at(trajectory, time, recording.config), heat=heat, rings=look.rings))
 
@@ -80,7 +78,7 @@ def _heats(recording: Recording, scorer: WindowScorer | None, whole: bool) -> li
         return []
     room = recording.trajectory.layout.room
     sequences = recorded_sequences(recording)[0 if whole else -1 :]
-    return [heat_of(scorer, sequence, room) for sequence in _watched(sequences, "scoring")]
+    return [heat_of(scorer, sequence, room) for sequence in watched(sequences, "scoring")]
 
 
 def encode_film(pictures: Iterable[Picture], fps: float) -> bytes:
@@ -123,9 +121,3 @@ def _common_palette(pictures: Sequence[Image]) -> Image:
     for index, picture in enumerate(chosen):
         column.paste(picture, (0, index * height))
     return column.quantize(GIF_COLORS)
-
-
-def _watched(items: Sequence[Item], what: str) -> Iterable[Item]:
-    """The same items, with a progress bar where someone watches."""
-    console = Console(stderr=True)
-    return track(items, what, console=console, transient=True, disable=not console.is_terminal)
