@@ -15,13 +15,22 @@ import pymunk
 from numpy.typing import NDArray
 
 from benchmarks.figures import Figure
-from benchmarks.players import Seconds, make_single, make_vector, play_single, play_vector, threads_of_torch, timed
-from reward_model import scoring as scoring_module
+from benchmarks.players import (
+    Seconds,
+    make_single,
+    make_vector,
+    play_single,
+    play_vector,
+    threads_of_torch,
+    timed,
+    timed_items,
+)
 from reward_model.jit import machine_code, njit
-from reward_model.scoring import Scoring
 from socnav_env import snapshots as snapshots_module
+from socnav_env import vector_env as vector_module
 from socnav_env.config import EnvConfig, PopulationConfig
 from socnav_env.env import SocNavEnv
+from socnav_env.judging import Judging
 from socnav_env.pedestrians import walk
 from socnav_env.rewards import REWARDS
 from socnav_env.walkers import Habits, Surroundings, Walkers
@@ -135,8 +144,9 @@ def _spent_in_turns(vectors: dict[str, Any], rounds: int) -> list[Seconds]:
         environments.reset(seed=0)
     with ExitStack() as stack:
         stack.enter_context(timed(snapshots_module, "_frame", "graph", spent))
-        stack.enter_context(timed(Scoring, "add", "network", spent))
-        stack.enter_context(timed(scoring_module, "_scores_of", "network", spent))
+        stack.enter_context(timed(vector_module, "Judging", "network", spent))
+        stack.enter_context(timed(Judging, "add", "network", spent))
+        stack.enter_context(timed_items(Judging, "scores", "network", spent))
         for actions in np.random.default_rng(0).uniform(-1, 1, (rounds, num_envs, 2)):
             spent.clear()
             ended = []

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections import defaultdict
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from typing import Any
 
 import gymnasium as gym
@@ -16,6 +16,8 @@ from gymnasium.vector import AutoresetMode
 import socnav_env  # noqa: F401 - registers SocNav2-v0
 
 SCENE_STEPS = 32  # that a single environment plays before it goes on to the next seed's scene
+
+_END = object()
 
 Seconds = defaultdict[str, float]
 
@@ -64,10 +66,9 @@ def make_vector(num_envs: int, **arguments: Any) -> Any:
     return gym.make_vec("SocNav2-v0", num_envs, autoreset_mode=AutoresetMode.DISABLED, **arguments)
 
 
-@contextmanager
-def timed(owner: Any, name: str, part: str, spent: Seconds) -> Iterator[None]:
+def timed(owner: Any, name: str, part: str, spent: Seconds) -> AbstractContextManager[None]:
     """Add the seconds that calls of a function take to `spent`."""
-    function, is_own = getattr(owner, name), name in vars(owner)
+    function = getattr(owner, name)
 
     def called(*args: Any, **kwargs: Any) -> Any:
         begin = time.perf_counter()
@@ -76,6 +77,29 @@ def timed(owner: Any, name: str, part: str, spent: Seconds) -> Iterator[None]:
         finally:
             spent[part] += time.perf_counter() - begin
 
+    return _replaced(owner, name, called)
+
+
+def timed_items(owner: Any, name: str, part: str, spent: Seconds) -> AbstractContextManager[None]:
+    """Likewise of a generator: the seconds that each of its items takes."""
+    function = getattr(owner, name)
+
+    def called(*args: Any, **kwargs: Any) -> Iterator[Any]:
+        items = function(*args, **kwargs)
+        while True:
+            begin = time.perf_counter()
+            item = next(items, _END)
+            spent[part] += time.perf_counter() - begin
+            if item is _END:
+                return
+            yield item
+
+    return _replaced(owner, name, called)
+
+
+@contextmanager
+def _replaced(owner: Any, name: str, called: Callable[..., Any]) -> Iterator[None]:
+    function, is_own = getattr(owner, name), name in vars(owner)
     setattr(owner, name, called)
     try:
         yield

@@ -19,7 +19,7 @@ from reward_model.networks import network_on_dgl, torch_device
 from reward_model.operators_file import OPERATORS_FILE, kept_operators
 from reward_model.packed_frames import Float32Array
 from reward_model.scenario import Scores, Sequence
-from reward_model.scoring import Scoring, check_window, scoring_together
+from reward_model.scoring import Scoring, ScoringTogether, check_window
 from reward_model.windows import pack_windows
 
 Form = Literal["auto", "compiled", "dgl"]
@@ -118,7 +118,7 @@ class _Compiled:
         self._device = device
 
     def begin(self, num_windows: int) -> Scoring:
-        return scoring_together(self) if self._fused is None else self._fused.begin(num_windows)
+        return ScoringTogether(self) if self._fused is None else self._fused.begin(num_windows)
 
     def __call__(self, windows: Items[Items[FrameGraph]]) -> Float32Array:
         if self._fused is not None:
@@ -142,7 +142,7 @@ class _OnDGL:
         self._device = device
 
     def begin(self, num_windows: int) -> Scoring:
-        return scoring_together(self)
+        return ScoringTogether(self)
 
     def __call__(self, windows: Items[Items[FrameGraph]]) -> Float32Array:
         with torch.inference_mode():

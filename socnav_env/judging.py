@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, TypeGuard
 
 from reward_model.scenario import Scores
-from reward_model.scoring import Scoring, scoring_together
+from reward_model.scoring import Scoring, ScoringTogether
 from socnav_env.rewards import EagerScorer, Scorer
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def _by_id(scorers: Sequence[Scorer | None]) -> dict[int, Scorer]:
 
 
 def _begin(scorer: Scorer, num_windows: int) -> Scoring:
-    return scorer.begin(num_windows) if _is_eager(scorer) else scoring_together(scorer.score_windows)
+    return scorer.begin(num_windows) if _is_eager(scorer) else ScoringTogether(scorer.score_windows)
 
 
 def _is_eager(scorer: Scorer) -> TypeGuard[EagerScorer]:

@@ -3,7 +3,8 @@ import pytest
 import torch
 
 from reward_model.compiled import propagate
-from reward_model.fused import FusedMPNN, _apply_elu
+from reward_model.fused import FusedMPNN
+from reward_model.fused_kernels import apply_elu
 from reward_model.models.edge_networks import EDGE_NETWORKS
 from reward_model.windows import pack_windows
 from tests.reward_model.random_scenes import random_windows
@@ -59,7 +60,7 @@ def test_elu_is_that_of_pytorch():
     values = np.array([[-100, -16.1, -15.9, -3, -1], [-0.5, -1e-3, -1e-7, -0.0, np.nan], [0, 1e-7, 1, 300, np.inf]])
     values = np.concatenate([values.astype(np.float32), np.linspace(-20, 2, 5000, dtype=np.float32).reshape(-1, 5)])
     expected = torch.nn.functional.elu(torch.from_numpy(values.copy())).numpy()
-    _apply_elu(values)
+    apply_elu(values)
     np.testing.assert_allclose(values, expected, rtol=1e-6, atol=2e-7)
 
 

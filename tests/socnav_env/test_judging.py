@@ -1,10 +1,8 @@
-from functools import partial
-
 import numpy as np
 import pytest
 
 from reward_model.scenario import Scores
-from reward_model.scoring import Scoring
+from reward_model.scoring import Scoring, ScoringTogether
 from socnav_env.judging import Judging, judge
 from tests.reward_model.random_scenes import random_windows
 
@@ -25,7 +23,7 @@ class Eager(Plain):
 
     def begin(self, num_windows: int) -> Scoring:
         self.calls.append(-num_windows)
-        return Scoring(lambda windows: partial(self.score_windows, windows))
+        return ScoringTogether(self.score_windows)
 
 
 @pytest.mark.parametrize("kind", [Plain, Eager])
