@@ -1,4 +1,5 @@
 import time
+import weakref
 from concurrent.futures import ThreadPoolExecutor
 from threading import Event
 
@@ -69,17 +70,14 @@ def test_a_thread_leaves_when_nothing_comes():
         np.testing.assert_array_equal(scores_by(scoring, windows[1:]), expected(windows))
 
 
-def test_an_error_in_a_thread_reaches_who_asks_for_the_scores():
-    def fail(_, board, *network):
+def test_an_error_in_a_thread_reaches_who_asks_for_the_scores(monkeypatch):
+    def fail(board, *network):
         while ahead._take(board) < 0:
             time.sleep(0.001)
         raise MemoryError("no room")
 
-    class Clumsy(ThreadPoolExecutor):
-        def submit(self, *arguments):
-            return super().submit(fail, *arguments)
-
-    with Clumsy(1) as threads:
+    monkeypatch.setattr(ahead, "_score_posted", fail)
+    with ThreadPoolExecutor(1) as threads:
         scoring = ScoringAhead(NETWORK, 2, 1, threads, 1)
         scoring.add(random_windows(45, count=1)[0])
         with pytest.raises(MemoryError, match="no room"):
@@ -87,6 +85,27 @@ def test_an_error_in_a_thread_reaches_who_asks_for_the_scores():
         scoring.add(random_windows(45, count=1)[0])
         with pytest.raises(MemoryError, match="no room"):
             list(scoring.scores())
+
+
+def test_who_gives_up_takes_nothing_away_from_the_threads(monkeypatch):
+    read = []
+    score_posted = ahead._score_posted
+
+    def late(board, *network):
+        time.sleep(0.2)
+        score_posted(board, *network)
+        read.append(board.scores[:2].copy())
+
+    monkeypatch.setattr(ahead, "_score_posted", late)
+    windows = random_windows(47, count=2)
+    with ThreadPoolExecutor(1) as threads:
+        scoring = ScoringAhead(NETWORK, 3, 1, threads, 1)
+        for window in windows:
+            scoring.add(window)
+        stack = weakref.ref(scoring._stacks[0].words)
+        del scoring
+        assert stack() is not None
+    np.testing.assert_array_equal(read[0], expected(windows))
 
 
 def test_the_number_of_windows_must_be_the_one_announced():
