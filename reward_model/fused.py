@@ -28,6 +28,7 @@ from reward_model.scoring import Scoring, ScoringTogether
 
 _TOGETHER: Final = 8  # windows that go through the layers together; what they need stays in a core's own cache
 _LEAST_SHARE: Final = 4  # windows that are worth a thread of their own
+_GROUPS_EACH: Final = 2  # that make it worth to have another thread wait for windows
 _LEAST_GROUPS: Final = 4  # of windows that come one by one: for the first the threads wait, for the last the caller
 
 
@@ -57,11 +58,11 @@ class FusedMPNN:
         return scores
 
     def begin(self, num_windows: int) -> Scoring:
-        """Take so many windows one by one; all threads but the caller's score the first ones meanwhile."""
-        num_threads = min(torch.get_num_threads(), num_windows) - 1
-        if num_threads < 1 or num_windows < _LEAST_GROUPS:
+        """Take so many windows one by one; threads besides the caller's score the first ones meanwhile."""
+        if num_windows < _LEAST_GROUPS or torch.get_num_threads() == 1:
             return ScoringTogether(self)
         group_size = min(_TOGETHER, num_windows // _LEAST_GROUPS)
+        num_threads = min(torch.get_num_threads() - 1, num_windows // group_size // _GROUPS_EACH)
         network = self._weights, self._shapes
         return ScoringAhead(network, num_windows, group_size, _threads(num_threads), num_threads)
 
