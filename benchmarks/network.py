@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
 
 from benchmarks.figures import Figure
 from benchmarks.players import make_vector, threads_of_torch
-from benchmarks.scoring import flushing_denormals, has_dgl
+from benchmarks.scoring import loaded_on_dgl
 from reward_model.scorer import load_scorer
 
 NETWORK: Final = "Network"
@@ -25,7 +26,7 @@ ON_DGL = 4  # windows a batch that DGL scores as well
 
 def network_rates(steps: int, runs: int, batches: Sequence[int]) -> list[Figure]:
     """Scenes a second by batch, of the compiled form and of DGL, and their ratio."""
-    on_dgl = flushing_denormals(load_scorer("default", form="dgl").score_windows) if has_dgl("default") else None
+    on_dgl = loaded_on_dgl(partial(load_scorer, "default"))
     figures = []
     for batch in batches:
         compiled, dgl = _rates(batch, max(runs, steps // batch), runs, on_dgl)

@@ -16,6 +16,7 @@ import time
 import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from statistics import median
 from typing import NamedTuple
@@ -27,14 +28,15 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from reward_model.checkpoint import Checkpoint, CheckpointError, NetworkConfig, load_checkpoint
+from reward_model.checkpoint import Checkpoint, CheckpointError, NetworkConfig
+from reward_model.experiments import RECIPES
 from reward_model.files import replace_file
+from reward_model.flat_networks import tensor_shapes
 from reward_model.graph import FrameGraph, frame_graph, sequence_frames, wall_segments
-from reward_model.networks import network_on_dgl
 from reward_model.packed_frames import Float32Array
 from reward_model.published import SIZES, STATE_FILE
 from reward_model.scenario import Sequence
-from reward_model.scorer import SocialScorer, load_scorer, weights_path
+from reward_model.scorer import Form, SocialScorer, load_scorer, weights_path
 from reward_model.socnav2_json import read_socnav2
 from socnav_env.generate import generate_windows
 from socnav_env.simulated_sequences import simulate_sequence
@@ -46,8 +48,11 @@ DATA = Path(os.environ.get("SOCNAV_DATA") or Path(__file__).parents[2] / "shared
 ALONE = "compiled, one by one"  # what others are compared with
 AS_PUBLISHED = "DGL, as published"
 
+UNTRAINED = {name: RECIPES["simulated"].settings[kind].network for name, kind in (("R-GCN", "rgcn"), ("GAT", "gat"))}
+
 Windows = list[list[FrameGraph]]
 Score = Callable[[Windows], Float32Array]
+Load = Callable[[Form], SocialScorer]
 
 
 @dataclass(frozen=True)
@@ -73,7 +78,7 @@ class Options:
     output: Path | None = None
 
 
-class Form(NamedTuple):
+class Row(NamedTuple):
     """One row: `score` is called with `num_windows` windows at a time as often as they fit into `num_timed`."""
 
     network: str
@@ -90,12 +95,12 @@ def main() -> None:
     console = Console()
     sequences = recordings(options.data, console)
     windows = genuine_windows(sequences)
-    published = published_is_there(console)
-    forms = [graph_making(sequences), *network_forms("default", options.threads)]
-    if published:
-        forms += network_forms("published", options.threads)
+    networks = networks_here(console)
+    forms = [graph_making(sequences)]
+    for name, load in networks.items():
+        forms += network_forms(name, load, options.threads)
     if options.wheel is not None:
-        forms.append(Form("published", AS_PUBLISHED, published_as_it_is(options.wheel).score_windows, 1, 2))
+        forms.append(Row("published", AS_PUBLISHED, published_as_it_is(options.wheel).score_windows, 1, 2))
     times: dict[tuple[str, str], list[float]] = {(form.network, form.name): [] for form in forms}
     for form in forms:
         milliseconds(form, windows[: form.num_windows])
@@ -106,8 +111,11 @@ def main() -> None:
     console.print(_table(times, runs))
     compared = windows[:2] if options.quick else every_window(sequences)
     compared += generate_windows(2 if options.quick else options.generated, seed=0)
-    networks = ["default", "published"] if published else ["default"]
-    apart = {name: differences(name, compared) for name in networks if has_dgl(name)}
+    apart = {
+        name: differences(name, load, on_dgl, compared)
+        for name, load in networks.items()
+        if (on_dgl := loaded_on_dgl(load)) is not None
+    }
     for name, (largest, nearly) in apart.items():
         console.print(f"{name}: {largest:.1e} from DGL at most, 99 % of {len(compared)} windows below {nearly:.1e}")
     if options.output is not None:
@@ -138,7 +146,7 @@ def genuine_windows(sequences: list[Sequence]) -> Windows:
     return windows[:BATCH]
 
 
-def graph_making(sequences: list[Sequence]) -> Form:
+def graph_making(sequences: list[Sequence]) -> Row:
     """A window's newest frame is made, its older ones are there already."""
     newest = [sequence.last for sequence in sequences]
     segments = [wall_segments(snapshot.walls) for snapshot in newest]
@@ -147,41 +155,53 @@ def graph_making(sequences: list[Sequence]) -> Form:
         for index in range(len(windows)):
             frame_graph(newest[index % len(newest)], segments[index % len(newest)])
 
-    return Form("any", "one frame's graph", make, BATCH, BATCH)
+    return Row("any", "one frame's graph", make, BATCH, BATCH)
 
 
-def network_forms(weights: str, threads: int) -> list[Form]:
+def networks_here(console: Console) -> dict[str, Load]:
+    """How to load each network: those whose weights are here, and the paper's other two before training."""
+    networks: dict[str, Load] = {"default": partial(load_scorer, "default")}
+    try:
+        weights_path("published")
+        networks["published"] = partial(load_scorer, "published")
+    except CheckpointError as error:
+        console.print(f"without the published network: {error}")
+    return networks | {name: partial(untrained, config) for name, config in UNTRAINED.items()}
+
+
+def untrained(config: NetworkConfig, form: Form) -> SocialScorer:
+    """A network with weights drawn at random, which take as long as others."""
+    generator = torch.Generator().manual_seed(0)
+    tensors = {
+        name: torch.randn(shape, generator=generator) / shape[-1] ** 0.5 / 2
+        for name, shape in tensor_shapes(config).items()
+    }
+    last = f"layers.{len(config.sizes) - 2}."
+    for name in (each for each in tensors if each.startswith(last) and "bias" in each):
+        tensors[name] += 1  # or it would often answer 0
+    return SocialScorer(Checkpoint(config, tensors), "untrained", form)
+
+
+def network_forms(network: str, load: Load, threads: int) -> list[Row]:
     """The forms in which everyone can run a network; DGL's where it is installed."""
-    compiled = load_scorer(weights).score_windows
+    compiled = load("compiled").score_windows
     forms = [
-        Form(weights, ALONE, compiled, 1, BATCH),
-        Form(weights, f"compiled, {BATCH} at once", compiled, BATCH, BATCH),
+        Row(network, ALONE, compiled, 1, BATCH),
+        Row(network, f"compiled, {BATCH} at once", compiled, BATCH, BATCH),
     ]
     if threads > 1:
-        forms.append(Form(weights, f"the same, {threads} threads", on_threads(compiled, threads), BATCH, BATCH))
-    if has_dgl(weights):
-        on_dgl = load_scorer(weights, form="dgl").score_windows
-        forms.append(Form(weights, "DGL, denormals flushed", flushing_denormals(on_dgl), 1, 6))
+        forms.append(Row(network, f"the same, {threads} threads", on_threads(compiled, threads), BATCH, BATCH))
+    if (on_dgl := loaded_on_dgl(load)) is not None:
+        forms.append(Row(network, "DGL, denormals flushed", on_dgl, 1, 6))
     return forms
 
 
-def published_is_there(console: Console) -> bool:
-    """Whether the published network was imported; says so where it was not."""
+def loaded_on_dgl(load: Load) -> Score | None:
+    """A network on DGL with denormals flushed, where it can run on DGL here."""
     try:
-        weights_path("published")
-    except CheckpointError as error:
-        console.print(f"without the published network: {error}")
-        return False
-    return True
-
-
-def has_dgl(weights: str) -> bool:
-    """Whether a network can run on DGL here."""
-    try:
-        network_on_dgl(load_checkpoint(weights_path(weights)).config)
+        return flushing_denormals(load("dgl").score_windows)
     except CheckpointError:
-        return False
-    return True
+        return None
 
 
 def every_window(sequences: list[Sequence]) -> Windows:
@@ -193,11 +213,10 @@ def every_window(sequences: list[Sequence]) -> Windows:
     ]
 
 
-def differences(weights: str, windows: Windows) -> tuple[float, float]:
+def differences(network: str, load: Load, on_dgl: Score, windows: Windows) -> tuple[float, float]:
     """The largest difference between a network's two forms, and what 99 in 100 windows stay below."""
-    compiled = load_scorer(weights).score_windows(windows)
-    on_dgl = flushing_denormals(load_scorer(weights, form="dgl").score_windows)
-    places = track(range(len(windows)), f"comparing {weights}", console=Console(stderr=True), transient=True)
+    compiled = load("compiled").score_windows(windows)
+    places = track(range(len(windows)), f"comparing {network}", console=Console(stderr=True), transient=True)
     expected = np.concatenate([on_dgl([windows[place]]) for place in places])
     apart = np.abs(compiled - expected).max(axis=1)
     return float(apart.max()), float(np.percentile(apart, 99))
@@ -245,7 +264,7 @@ def flushing_denormals(score: Score) -> Score:
     return flushed
 
 
-def milliseconds(form: Form, windows: Windows) -> float:
+def milliseconds(form: Row, windows: Windows) -> float:
     """A window's share of the time that all of them take."""
     begin = time.perf_counter()
     for start in range(0, len(windows), form.num_windows):

@@ -13,6 +13,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from reward_model.atomics import let_others_run, load, replace, store, words_at
+from reward_model.flat_layers import FlatNetwork
 from reward_model.flat_window import Stack, stack_windows
 from reward_model.fused_kernels import score_windows
 from reward_model.jit import njit
@@ -45,7 +46,7 @@ class _Board(NamedTuple):
 class ScoringAhead:
     """A `Scoring` whose groups of windows are scored as soon as they are complete; the last may be smaller.
 
-    network: weights and shapes as `flat_layers` returns them
+    network: which scores
     num_windows: how many there will be
     threads, num_threads: where that happens, and by how many; what none of them has begun with when scores are asked
         for is scored there and then
@@ -53,7 +54,7 @@ class ScoringAhead:
 
     def __init__(
         self,
-        network: tuple[Float32Array, IntArray],
+        network: FlatNetwork,
         num_windows: int,
         group_size: int,
         threads: Executor,
@@ -96,10 +97,10 @@ class ScoringAhead:
 
     def _score_posted(self) -> None:
         """What other threads do; they hold on to this object, and so to the stacks that they read."""
-        _score_posted(self._board, *self._network)
+        _score_posted(self._board, self._network)
 
     def _finish(self, group: int) -> None:
-        while not _score_until(self._board, group, *self._network):
+        while not _score_until(self._board, group, self._network):
             for other in self._others:
                 if other.done():
                     other.result()  # which raises what went wrong in it
@@ -115,24 +116,24 @@ def _post(board: _Board, group: int, stack: Stack) -> None:
 
 
 @njit
-def _score_posted(board: _Board, weights: Float32Array, shapes: IntArray) -> None:
+def _score_posted(board: _Board, network: FlatNetwork) -> None:
     """Score what is posted until all groups are taken, or nothing has come for long."""
     idle = 0
     while load(board.flags, _TAKEN) < len(board.stacks) and idle < _PATIENCE:
-        idle = _score_next(board, idle, weights, shapes)
+        idle = _score_next(board, idle, network)
 
 
 @njit
-def _score_until(board: _Board, group: int, weights: Float32Array, shapes: IntArray) -> bool:
+def _score_until(board: _Board, group: int, network: FlatNetwork) -> bool:
     """Score what is posted until a group is done, and return whether it is: another thread may take long."""
     idle = 0
     while load(board.flags, _FIRST_DONE + group) == 0 and idle < _PATIENCE:
-        idle = _score_next(board, idle, weights, shapes)
+        idle = _score_next(board, idle, network)
     return idle < _PATIENCE
 
 
 @njit
-def _score_next(board: _Board, idle: int, weights: Float32Array, shapes: IntArray) -> int:
+def _score_next(board: _Board, idle: int, network: FlatNetwork) -> int:
     """Score one group if there is one, and return how many glances in a row have found none."""
     group = _take(board)
     if group < 0:
@@ -142,7 +143,7 @@ def _score_next(board: _Board, idle: int, weights: Float32Array, shapes: IntArra
     first = group * board.group_size
     last = min(first + board.group_size, len(board.sizes))
     words = words_at(board.stacks[group, 0], board.stacks[group, 1])
-    score_windows(Stack(words, board.sizes[first:last]), weights, shapes, board.scores[first:last])
+    score_windows(Stack(words, board.sizes[first:last]), network, board.scores[first:last])
     store(board.flags, _FIRST_DONE + group, 1)
     return 0
 

@@ -1,4 +1,4 @@
-"""A network's operators as one flat array, which compiled code takes apart again.
+"""A network as one flat array, which compiled code takes apart again; here that of networks with matrices by relation.
 
 Handing arrays to compiled code takes time, array by array, and a network has dozens. All widths are padded with zeros
 to multiples of `LANES`, and the first layer's matrices have rows for those features alone that a kind of node has.
@@ -28,6 +28,7 @@ from reward_model.scenario import IntArray
 from reward_model.tiles import LANES
 
 NUM_PLAIN: Final = len(PLAIN)
+MPNN, RGCN, GAT = range(3)
 _SOURCE_KINDS: Final = {
     Relation.OBJECT_PERSON: NodeKind.OBJECT,
     Relation.PERSON_OBJECT: NodeKind.PERSON,
@@ -35,6 +36,19 @@ _SOURCE_KINDS: Final = {
     Relation.PERSON_WALL: NodeKind.PERSON,
     Relation.WALL_PERSON: NodeKind.WALL,
 }
+
+
+class FlatNetwork(NamedTuple):
+    """A network, ready for compiled code.
+
+    weights: all layers' arrays one after the other
+    shapes: (num_layers, n) where each layer's begin and how large they are
+    kind: MPNN, RGCN or GAT
+    """
+
+    weights: Float32Array
+    shapes: IntArray
+    kind: int
 
 
 class Layer(NamedTuple):
@@ -56,10 +70,10 @@ class Layer(NamedTuple):
     bias: Float32Array
 
 
-def flat_layers(operators: Items[LayerOperators]) -> tuple[Float32Array, IntArray]:
-    """All layers' arrays one after the other, and what `layer_at` needs to find them again, (num_layers, 8).
+def flat_layers(operators: Items[LayerOperators], kind: int = MPNN) -> FlatNetwork:
+    """An MPNN, or an RGCN whose `basis` holds one matrix a relation, with shapes as `layer_at` reads them, (n, 8).
 
-    The last of it tells whether the tables are those of the layer before.
+    The last of a layer's shapes tells whether its tables are those of the layer before.
     """
     layers = [_layer_arrays(layer, first=index == 0) for index, layer in enumerate(operators)]
     parts = [(layer.plain, layer.measured, layer.knots, layer.tables, layer.bias) for layer in layers]
@@ -67,7 +81,7 @@ def flat_layers(operators: Items[LayerOperators]) -> tuple[Float32Array, IntArra
     starts = np.cumsum([0, *sizes[:-1]])
     shapes = [_shape(layer, _same_tables(layers, index), first=index == 0) for index, layer in enumerate(layers)]
     weights = np.concatenate([part.ravel() for arrays in parts for part in arrays])
-    return weights, np.column_stack([starts, np.array(shapes, dtype=np.int64)])
+    return FlatNetwork(weights, np.column_stack([starts, np.array(shapes, dtype=np.int64)]), kind)
 
 
 @njit

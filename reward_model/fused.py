@@ -1,7 +1,7 @@
-"""Windows through the factorised MPNN in compiled code: what an environment's step waits for.
+"""Windows through a network in compiled code: what an environment's step waits for.
 
-The arithmetic is that of `reward_model.compiled` without padding and without a framework between the products. A few
-windows go through each layer together, so that its matrices are fetched once for all of them; `reward_model.tiles`
+An MPNN's arithmetic is that of `reward_model.compiled` without padding and without a framework between the products. A
+few windows go through each layer together, so that its matrices are fetched once for all of them; `reward_model.tiles`
 sees to it that a window's answer does not depend on the others.
 """
 
@@ -18,11 +18,10 @@ import numpy as np
 import torch
 
 from reward_model.ahead import ScoringAhead
-from reward_model.flat_layers import flat_layers
+from reward_model.flat_layers import FlatNetwork
 from reward_model.flat_window import stack_windows
 from reward_model.frame_graph import FrameGraph
 from reward_model.fused_kernels import score_windows
-from reward_model.models.edge_networks import LayerOperators
 from reward_model.packed_frames import Float32Array
 from reward_model.scoring import Scoring, ScoringTogether
 
@@ -32,14 +31,14 @@ _GROUPS_EACH: Final = 2  # that make it worth to have another thread wait for wi
 _LEAST_GROUPS: Final = 4  # of windows that come one by one: for the first the threads wait, for the last the caller
 
 
-class FusedMPNN:
-    """A network turned into operators, ready to score windows on the CPU.
+class FusedNetwork:
+    """A network turned into flat arrays, ready to score windows on the CPU.
 
     It uses as many threads as PyTorch is set to. An answer depends on its window alone, to the last bit.
     """
 
-    def __init__(self, operators: Items[LayerOperators]) -> None:
-        self._weights, self._shapes = flat_layers(operators)
+    def __init__(self, network: FlatNetwork) -> None:
+        self._network = network
 
     def __call__(self, windows: Items[Items[FrameGraph]]) -> Float32Array:
         """(num_windows, 2) the scores of windows of up to three frames, newest first."""
@@ -63,13 +62,12 @@ class FusedMPNN:
             return ScoringTogether(self)
         group_size = min(_TOGETHER, num_windows // _LEAST_GROUPS)
         num_threads = min(torch.get_num_threads() - 1, num_windows // group_size // _GROUPS_EACH)
-        network = self._weights, self._shapes
-        return ScoringAhead(network, num_windows, group_size, _threads(num_threads), num_threads)
+        return ScoringAhead(self._network, num_windows, group_size, _threads(num_threads), num_threads)
 
     def _score(self, windows: Items[Items[FrameGraph]], scores: Float32Array) -> None:
         for start in range(0, len(windows), _TOGETHER):
             few = slice(start, start + _TOGETHER)
-            score_windows(stack_windows(windows[few]), self._weights, self._shapes, scores[few])
+            score_windows(stack_windows(windows[few]), self._network, scores[few])
 
 
 @cache

@@ -1,17 +1,18 @@
-"""The factorised MPNN's arithmetic on flat windows, in compiled code."""
+"""The networks' arithmetic on flat windows, in compiled code: those with matrices by relation, and the way to GAT's."""
 
 from __future__ import annotations
 
-import math
 from typing import Final
 
 import numpy as np
 
-from reward_model.flat_layers import NUM_PLAIN, Layer, layer_at
+from reward_model.elu import apply_elu
+from reward_model.flat_layers import GAT, NUM_PLAIN, RGCN, FlatNetwork, Layer, layer_at
 from reward_model.flat_window import FEATURES, NUM_KINDS, Edges, Nodes, Stack, flat_windows
+from reward_model.gat_kernels import gat_answers
 from reward_model.graph import NUM_FRAMES, Relation
 from reward_model.jit import njit
-from reward_model.measured_edges import OnCurves, add_meeting, add_parting, on_curves
+from reward_model.measured_edges import OnCurves, add_meeting, add_parting, on_curves, relation_shares
 from reward_model.models.edge_networks import PLAIN
 from reward_model.packed_frames import Float32Array
 from reward_model.scenario import IntArray
@@ -21,36 +22,53 @@ _SELF: Final = PLAIN.index(Relation.SELF)
 _TO_OLDER: Final = (PLAIN.index(Relation.NOW_TO_SECOND), PLAIN.index(Relation.SECOND_TO_THIRD))
 _TO_NEWER: Final = (PLAIN.index(Relation.SECOND_TO_NOW), PLAIN.index(Relation.THIRD_TO_SECOND))
 _NUM_FEATURES: Final = tuple(map(len, FEATURES))
-_LOWEST: Final = np.float32(-16.0)  # below it exp is nothing beside 1
-_DOUBLINGS: Final = 6
-_SCALE: Final = np.float32(1 / 2**_DOUBLINGS)
-_TAYLOR: Final = tuple(np.float32(1 / math.factorial(power)) for power in range(1, 8))  # of expm1
-_TWO: Final = np.float32(2.0)
 
 
 @njit
-def score_windows(stack: Stack, weights: Float32Array, shapes: IntArray, scores: Float32Array) -> None:
-    """Write q1 and q2 of each window, (num_windows, 2); weights, shapes: as `flat_layers` has them."""
+def score_windows(stack: Stack, network: FlatNetwork, scores: Float32Array) -> None:
+    """Write q1 and q2 of each window, (num_windows, 2)."""
     nodes, edges = flat_windows(stack)
+    answers = gat_answers(nodes, edges, network) if network.kind == GAT else _relational_answers(nodes, edges, network)
+    scores[:] = np.maximum(answers[: len(scores), :2], np.float32(0))
+
+
+@njit
+def _relational_answers(nodes: Nodes, edges: Edges, network: FlatNetwork) -> Float32Array:
+    """What an MPNN or an RGCN says at the newest rooms, before the last ReLU.
+
+    An RGCN's messages are averaged over the edges of one relation into a node, an MPNN's over all edges into it.
+    """
+    weights, shapes = network.weights, network.shapes
     hidden, last = nodes.features, len(shapes) - 1
-    curves = on_curves(layer_at(weights, shapes[0]), edges, min(NUM_FRAMES, last))
+    if network.kind == RGCN:
+        shares = np.ones_like(nodes.shares)
+        curves = relation_shares(edges, len(shares))
+    else:
+        shares = nodes.shares
+        curves = on_curves(layer_at(weights, shapes[0]), edges, min(NUM_FRAMES, last))
     for index in range(last + 1):
         layer = layer_at(weights, shapes[index])
         # Only what the newest rooms can still hear in the layers left: all of so many frames, and the next one's rooms.
         whole = min(NUM_FRAMES, last - index)
         if index > 0 and shapes[index, 7] == 0:
             curves = on_curves(layer, edges, whole)
-        hidden = _all_nodes(nodes, edges, layer, curves, hidden, whole)
+        hidden = _all_nodes(nodes, edges, layer, curves, hidden, whole, shares)
         if index < last:
             apply_elu(hidden)
-    scores[:] = np.maximum(hidden[: len(scores), :2], np.float32(0))
+    return hidden
 
 
 @njit
 def _all_nodes(
-    nodes: Nodes, edges: Edges, layer: Layer, curves: OnCurves, hidden: Float32Array, whole: int
+    nodes: Nodes,
+    edges: Edges,
+    layer: Layer,
+    curves: OnCurves,
+    hidden: Float32Array,
+    whole: int,
+    shares: Float32Array,
 ) -> Float32Array:
-    """One layer for all nodes of so many frames, and for the rooms of the next."""
+    """One layer for all nodes of so many frames, and for the rooms of the next; `shares`: of each node in a sum."""
     num_windows = (len(nodes.starts) - 1) // (NUM_FRAMES * NUM_KINDS)
     num_sections = min(whole * NUM_KINDS + 1, NUM_FRAMES * NUM_KINDS)
     out = np.zeros((nodes.starts[num_sections * num_windows], layer.bias.shape[0]), dtype=np.float32)
@@ -71,7 +89,7 @@ def _all_nodes(
     add_parting(edges, layer, curves, hidden, out, whole)
     for node in range(len(out)):
         for column in range(out.shape[1]):
-            out[node, column] = out[node, column] * nodes.shares[node] + layer.bias[column]
+            out[node, column] = out[node, column] * shares[node] + layer.bias[column]
     return out
 
 
@@ -101,25 +119,6 @@ def _run(places: IntArray, first: int, last: int) -> int:
     while end < last and places[end] == places[end - 1] + 1:
         end += 1
     return end - first
-
-
-@njit
-def apply_elu(hidden: Float32Array) -> None:
-    """ELU, exp(x) - 1 below 0, by its Taylor series near 0 and exp(2x) - 1 = (exp(x) - 1) (exp(x) - 1 + 2).
-
-    Without a call in it, the loop handles several numbers at once; the library's expm1 takes a third of all time.
-    """
-    flat = hidden.reshape(-1)
-    for place in range(len(flat)):
-        value = flat[place]
-        low = np.float32(0) if value > 0 else value
-        low = _LOWEST if low < _LOWEST else low
-        x = low * _SCALE
-        y = x * (_TAYLOR[3] + x * (_TAYLOR[4] + x * (_TAYLOR[5] + x * _TAYLOR[6])))
-        y = x * (_TAYLOR[0] + x * (_TAYLOR[1] + x * (_TAYLOR[2] + y)))
-        for _ in range(_DOUBLINGS):
-            y = y * (y + _TWO)
-        flat[place] = value if value > 0 else y
 
 
 assert len(PLAIN) == 2 * NUM_FRAMES - 1

@@ -59,6 +59,25 @@ def on_curves(layer: Layer, edges: Edges, whole: int) -> OnCurves:
 
 
 @njit
+def relation_shares(edges: Edges, num_nodes: int) -> OnCurves:
+    """For networks with one matrix a relation, where a node averages what it hears over its edges of a relation."""
+    num_edges = len(edges.lengths)
+    coefficients, counts = np.empty((num_edges, 1), dtype=np.float32), np.empty(num_nodes, dtype=np.int64)
+    targets = np.empty(num_edges, dtype=np.int64)
+    for relation in range(NUM_GROUPED):
+        first_group, last_group = edges.bounds[relation, 0], edges.bounds[relation, NUM_FRAMES]
+        counts[:] = 0
+        for group in range(first_group, last_group):
+            for edge in range(edges.starts[group], edges.starts[group + 1]):
+                targets[edge] = edges.centres[group] if relation < NUM_MEETING else edges.others[edge]
+                counts[targets[edge]] += 1
+        for edge in range(edges.starts[first_group], edges.starts[last_group]):
+            coefficients[edge, 0] = _ONE / np.float32(counts[targets[edge]])
+    used = np.ones((len(edges.centres), 1), dtype=np.bool_)
+    return OnCurves(np.zeros(num_edges, dtype=np.int64), coefficients, used)
+
+
+@njit
 def _last_knot(knots: Float32Array, length: float) -> int:
     """The last knot that is not beyond a length, but for the very last one."""
     first, count = 0, len(knots) - 1

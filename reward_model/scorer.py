@@ -13,7 +13,9 @@ import torch
 
 from reward_model.checkpoint import Checkpoint, CheckpointError, NetworkConfig, load_checkpoint
 from reward_model.compiled import EdgelessMPNN, propagate
-from reward_model.fused import FusedMPNN
+from reward_model.flat_layers import flat_layers
+from reward_model.flat_networks import FLAT_KINDS, flat_network, tensor_shapes
+from reward_model.fused import FusedNetwork
 from reward_model.graph import FrameGraph, sequence_frames
 from reward_model.networks import network_on_dgl, torch_device
 from reward_model.operators_file import OPERATORS_FILE, kept_operators
@@ -24,7 +26,6 @@ from reward_model.windows import pack_windows
 
 Form = Literal["auto", "compiled", "dgl"]
 FORMS: Final[tuple[Form, ...]] = ("auto", "compiled", "dgl")
-COMPILED_KIND: Final = "mpnn"  # the kind of network that can do without its edges
 _LARGEST_BATCH: Final = 256  # windows at once, so that memory stays small for any number of sequences
 
 
@@ -42,11 +43,11 @@ class SocialScorer:
     """How acceptable people find a robot's last second, as a trained network answers.
 
     name: names the weights, for whoever reports the scores
-    form: `compiled` (fast, needs no DGL, of an MPNN only), `dgl` (the network as it is defined), or `auto`, the
-        compiled form where the network has one and else DGL's
+    form: `compiled` (fast, needs no DGL; an R-GCN's and a GAT's run on the CPU only), `dgl` (the network as it is
+        defined), or `auto`, the compiled form where there is one for the device and else DGL's
     device: where the network runs, as PyTorch names it; compiled networks are fastest for single windows on `cpu`
     operators_file: where the compiled form keeps what it computes from the weights, to be there at once the next time
-    Raises `CheckpointError` where the weights do not fit the network they claim to be, it has no compiled form or
+    Raises `CheckpointError` where the weights do not fit the network they claim to be, it has no compiled form there or
     DGL is not there, and `ValueError` for another form or a device that is not there.
     """
 
@@ -61,12 +62,7 @@ class SocialScorer:
         if form not in FORMS:
             raise ValueError(f"form must be one of {list(FORMS)}, got {form!r}")
         self.name = name
-        place = torch_device(device)
-        if form == "auto":
-            form = "compiled" if checkpoint.config.kind == COMPILED_KIND else "dgl"
-        self._network: _Network = (
-            _Compiled(checkpoint, place, operators_file) if form == "compiled" else _OnDGL(checkpoint, place)
-        )
+        self._network = _network(checkpoint, form, torch_device(device), operators_file)
 
     def score(self, sequence: Sequence) -> Scores:
         """Score the last second of one sequence."""
@@ -96,15 +92,22 @@ class SocialScorer:
         return self._network.begin(num_windows)
 
 
-class _Compiled:
+def _network(checkpoint: Checkpoint, form: Form, device: torch.device, operators_file: Path | None) -> _Network:
+    kind = checkpoint.config.kind
+    if form == "dgl" or (form == "auto" and kind in FLAT_KINDS and device.type != "cpu"):
+        return _OnDGL(checkpoint, device)
+    if kind not in FLAT_KINDS:
+        return _CompiledMPNN(checkpoint, device, operators_file)
+    if device.type != "cpu":
+        raise CheckpointError(f"the compiled form of {kind} runs on the cpu only, got device '{device}'")
+    _check_state(checkpoint, tensor_shapes(checkpoint.config))
+    return FusedNetwork(flat_network(checkpoint.config, checkpoint.tensors))
+
+
+class _CompiledMPNN:
     """Windows through compiled code of our own on the CPU, or padded together through PyTorch wherever else."""
 
     def __init__(self, checkpoint: Checkpoint, device: torch.device, operators_file: Path | None) -> None:
-        if checkpoint.config.kind != COMPILED_KIND:
-            raise CheckpointError(
-                f"the compiled form exists for {COMPILED_KIND} only, got {checkpoint.config.kind}; "
-                "form 'auto' or 'dgl' runs it"
-            )
         network = EdgelessMPNN(checkpoint.config.sizes, checkpoint.config.edge_network)
         _load_state(network, checkpoint)
         with torch.no_grad():
@@ -113,7 +116,7 @@ class _Compiled:
                 if operators_file is None
                 else kept_operators(operators_file, checkpoint.tensors, network.operators)
             )
-        self._fused = FusedMPNN(layers) if device.type == "cpu" else None
+        self._fused = FusedNetwork(flat_layers(layers)) if device.type == "cpu" else None
         self._layers = [layer.to(device) for layer in layers]
         self._device = device
 
@@ -191,15 +194,18 @@ def cache_folder() -> Path:
 
 
 def _load_state(network: torch.nn.Module, checkpoint: Checkpoint) -> None:
-    expected = {name: tensor.shape for name, tensor in network.state_dict().items()}
-    found = {name: tensor.shape for name, tensor in checkpoint.tensors.items()}
+    _check_state(checkpoint, {name: tuple(tensor.shape) for name, tensor in network.state_dict().items()})
+    network.load_state_dict(checkpoint.tensors)
+
+
+def _check_state(checkpoint: Checkpoint, expected: dict[str, tuple[int, ...]]) -> None:
+    found = {name: tuple(tensor.shape) for name, tensor in checkpoint.tensors.items()}
     fits = f"the weights do not fit the network {_describe(checkpoint.config)}"
     if odd := sorted(expected.keys() ^ found.keys()):
         raise CheckpointError(f"{fits}: {odd[0]} is {'missing' if odd[0] in expected else 'not part of it'}")
     for name, shape in expected.items():
         if found[name] != shape:
-            raise CheckpointError(f"{fits}: {name} must have shape {tuple(shape)}, got {tuple(found[name])}")
-    network.load_state_dict(checkpoint.tensors)
+            raise CheckpointError(f"{fits}: {name} must have shape {shape}, got {found[name]}")
 
 
 def _describe(config: NetworkConfig) -> str:

@@ -3,8 +3,9 @@ import pytest
 import torch
 
 from reward_model.compiled import propagate
-from reward_model.fused import FusedMPNN
-from reward_model.fused_kernels import apply_elu
+from reward_model.elu import apply_elu
+from reward_model.flat_layers import flat_layers
+from reward_model.fused import FusedNetwork
 from reward_model.models.edge_networks import EDGE_NETWORKS
 from reward_model.windows import pack_windows
 from tests.reward_model.random_scenes import random_windows
@@ -16,7 +17,7 @@ from tests.reward_model.test_compiled import SIZES, random_network, random_opera
 def test_answers_are_those_of_the_padded_network(sizes, edge_network):
     windows = random_windows(20 + len(sizes), count=12)
     operators = random_operators(sizes, edge_network)
-    fused = FusedMPNN(operators)
+    fused = FusedNetwork(flat_layers(operators))
     with torch.no_grad():
         expected = torch.relu(propagate(pack_windows(windows), operators)).numpy()
     answers = fused(windows)
@@ -26,7 +27,7 @@ def test_answers_are_those_of_the_padded_network(sizes, edge_network):
 
 def test_the_same_window_gives_the_same_bits_whatever_came_before():
     windows = random_windows(31, count=20)
-    fused = FusedMPNN(random_network((42, 8, 6, 2), "tabulated").operators())
+    fused = FusedNetwork(flat_layers(random_network((42, 8, 6, 2), "tabulated").operators()))
     first = [fused([window]).tobytes() for window in windows]
     second = [row.tobytes() for row in fused(windows[::-1])]
     assert first == second[::-1]
@@ -36,7 +37,7 @@ def test_the_same_window_gives_the_same_bits_whatever_came_before():
 @pytest.mark.parametrize("num_threads", [2, 3])
 def test_threads_change_nothing(monkeypatch, num_threads):
     windows = random_windows(35, count=13)
-    fused = FusedMPNN(random_network((42, 8, 6, 2), "tabulated").operators())
+    fused = FusedNetwork(flat_layers(random_network((42, 8, 6, 2), "tabulated").operators()))
     alone = fused(windows)
     monkeypatch.setattr(torch, "get_num_threads", lambda: num_threads)
     np.testing.assert_array_equal(fused(windows), alone)
@@ -47,7 +48,7 @@ def test_threads_change_nothing(monkeypatch, num_threads):
 @pytest.mark.parametrize("count", [1, 4, 13, 40])
 def test_windows_that_come_one_by_one_get_the_same_answers(monkeypatch, num_threads, count):
     windows = random_windows(36, count=count)
-    fused = FusedMPNN(random_network((42, 8, 6, 2), "tabulated").operators())
+    fused = FusedNetwork(flat_layers(random_network((42, 8, 6, 2), "tabulated").operators()))
     alone = fused(windows)
     monkeypatch.setattr(torch, "get_num_threads", lambda: num_threads)
     scoring = fused.begin(count)
@@ -67,7 +68,7 @@ def test_elu_is_that_of_pytorch():
 def test_training_on_changes_nothing():
     network = random_network((42, 8, 2), "tabulated")
     window = random_windows(33, count=1)[0]
-    fused = FusedMPNN(network.operators())
+    fused = FusedNetwork(flat_layers(network.operators()))
     before = fused([window])
     with torch.no_grad():
         for parameter in network.parameters():
@@ -78,6 +79,6 @@ def test_training_on_changes_nothing():
 def test_frames_are_left_as_they_were():
     window = random_windows(32, count=3)[2]
     before = [frame.features.copy() for frame in window]
-    FusedMPNN(random_network((42, 8, 2), "tabulated").operators())([window])
+    FusedNetwork(flat_layers(random_network((42, 8, 2), "tabulated").operators()))([window])
     for frame, features in zip(window, before, strict=True):
         np.testing.assert_array_equal(frame.features, features)

@@ -118,10 +118,11 @@ def test_checkpoints_of_each_kind_score_as_the_network_does(config, tmp_path):
 
 
 @pytest.mark.parametrize("kind", ["rgcn", "gat"])
-def test_only_an_mpnn_has_a_compiled_form(kind):
+def test_on_other_devices_only_an_mpnn_has_a_compiled_form(kind):
     checkpoint = Checkpoint(CONFIGS[kind], new_network(CONFIGS[kind]).state_dict())
-    with pytest.raises(CheckpointError, match=rf"^the compiled form exists for mpnn only, got {kind}; form 'auto' or"):
-        SocialScorer(checkpoint, "random", "compiled")
+    message = rf"^the compiled form of {kind} runs on the cpu only, got device 'meta'$"
+    with pytest.raises(CheckpointError, match=message):
+        SocialScorer(checkpoint, "random", "compiled", "meta")
 
 
 def test_a_seed_says_with_which_weights_training_starts(config):
