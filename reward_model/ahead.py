@@ -13,9 +13,8 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from reward_model.atomics import let_others_run, load, replace, store, words_at
-from reward_model.flat_layers import FlatNetwork
 from reward_model.flat_window import Stack, stack_windows
-from reward_model.fused_kernels import score_windows
+from reward_model.fused_kernels import FlatNetwork, score_windows
 from reward_model.jit import njit
 from reward_model.packed_frames import Float32Array
 from reward_model.scenario import IntArray
@@ -143,7 +142,7 @@ def _score_next(board: _Board, idle: int, network: FlatNetwork) -> int:
     first = group * board.group_size
     last = min(first + board.group_size, len(board.sizes))
     words = words_at(board.stacks[group, 0], board.stacks[group, 1])
-    score_windows(Stack(words, board.sizes[first:last]), network, board.scores[first:last])
+    score_windows(Stack(words, board.sizes[first:last]), board.scores[first:last], network)
     store(board.flags, _FIRST_DONE + group, 1)
     return 0
 

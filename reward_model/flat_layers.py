@@ -28,7 +28,6 @@ from reward_model.scenario import IntArray
 from reward_model.tiles import LANES
 
 NUM_PLAIN: Final = len(PLAIN)
-MPNN, RGCN, GAT = range(3)
 _SOURCE_KINDS: Final = {
     Relation.OBJECT_PERSON: NodeKind.OBJECT,
     Relation.PERSON_OBJECT: NodeKind.PERSON,
@@ -38,17 +37,18 @@ _SOURCE_KINDS: Final = {
 }
 
 
-class FlatNetwork(NamedTuple):
-    """A network, ready for compiled code.
+class RelationalNetwork(NamedTuple):
+    """An MPNN or an R-GCN, ready for compiled code.
 
     weights: all layers' arrays one after the other
-    shapes: (num_layers, n) where each layer's begin and how large they are
-    kind: MPNN, RGCN or GAT
+    shapes: (num_layers, 8) where each layer's begin and how large they are, as `layer_at` reads it; the last says
+        whether its tables are those of the layer before
+    by_relation: whether a node averages what it hears over its edges of each relation, as in an R-GCN, or over all
     """
 
     weights: Float32Array
     shapes: IntArray
-    kind: int
+    by_relation: bool
 
 
 class Layer(NamedTuple):
@@ -70,18 +70,15 @@ class Layer(NamedTuple):
     bias: Float32Array
 
 
-def flat_layers(operators: Items[LayerOperators], kind: int = MPNN) -> FlatNetwork:
-    """An MPNN, or an RGCN whose `basis` holds one matrix a relation, with shapes as `layer_at` reads them, (n, 8).
-
-    The last of a layer's shapes tells whether its tables are those of the layer before.
-    """
+def flat_layers(operators: Items[LayerOperators], by_relation: bool = False) -> RelationalNetwork:
+    """Bring the operators of an MPNN, or of an R-GCN whose `basis` has one matrix a relation, into that form."""
     layers = [_layer_arrays(layer, first=index == 0) for index, layer in enumerate(operators)]
     parts = [(layer.plain, layer.measured, layer.knots, layer.tables, layer.bias) for layer in layers]
     sizes = [sum(part.size for part in arrays) for arrays in parts]
     starts = np.cumsum([0, *sizes[:-1]])
     shapes = [_shape(layer, _same_tables(layers, index), first=index == 0) for index, layer in enumerate(layers)]
     weights = np.concatenate([part.ravel() for arrays in parts for part in arrays])
-    return FlatNetwork(weights, np.column_stack([starts, np.array(shapes, dtype=np.int64)]), kind)
+    return RelationalNetwork(weights, np.column_stack([starts, np.array(shapes, dtype=np.int64)]), by_relation)
 
 
 @njit

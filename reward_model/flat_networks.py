@@ -13,8 +13,9 @@ import torch
 from torch import Tensor
 
 from reward_model.checkpoint import NetworkConfig
-from reward_model.flat_layers import GAT, RGCN, FlatNetwork, flat_layers
+from reward_model.flat_layers import RelationalNetwork, flat_layers
 from reward_model.flat_window import FEATURES
+from reward_model.gat_kernels import AttentionNetwork
 from reward_model.graph import NUM_RELATIONS
 from reward_model.models.edge_networks import MEASURED, PLAIN, LayerOperators
 from reward_model.packed_frames import NUM_PACKED, Float32Array
@@ -34,7 +35,7 @@ def tensor_shapes(config: NetworkConfig) -> dict[str, tuple[int, ...]]:
     }
 
 
-def flat_network(config: NetworkConfig, tensors: Mapping[str, Tensor]) -> FlatNetwork:
+def flat_network(config: NetworkConfig, tensors: Mapping[str, Tensor]) -> RelationalNetwork | AttentionNetwork:
     """Bring tensors of one of `FLAT_KINDS`, with the shapes of `tensor_shapes`, into the order of compiled code."""
     return _flat_rgcn(config, tensors) if config.kind == "rgcn" else _flat_gat(config, tensors)
 
@@ -48,7 +49,7 @@ def _rgcn_shapes(config: NetworkConfig, inputs: int, outputs: int) -> dict[str, 
     }
 
 
-def _flat_rgcn(config: NetworkConfig, tensors: Mapping[str, Tensor]) -> FlatNetwork:
+def _flat_rgcn(config: NetworkConfig, tensors: Mapping[str, Tensor]) -> RelationalNetwork:
     operators = []
     for index in range(len(config.sizes) - 1):
         bases, mixed = (tensors[f"layers.{index}.linear_r.{name}"].float() for name in ("W", "coeff"))
@@ -63,7 +64,7 @@ def _flat_rgcn(config: NetworkConfig, tensors: Mapping[str, Tensor]) -> FlatNetw
                 bias=tensors[f"layers.{index}.h_bias"],
             )
         )
-    return flat_layers(operators, RGCN)
+    return flat_layers(operators, by_relation=True)
 
 
 def _gat_inputs(config: NetworkConfig) -> list[int]:
@@ -80,7 +81,7 @@ def _gat_shapes(config: NetworkConfig, inputs: int, outputs: int) -> dict[str, t
     }
 
 
-def _flat_gat(config: NetworkConfig, tensors: Mapping[str, Tensor]) -> FlatNetwork:
+def _flat_gat(config: NetworkConfig, tensors: Mapping[str, Tensor]) -> AttentionNetwork:
     """Layer by layer what `reward_model.gat_kernels.gat_layer_at` finds again."""
     parts: list[Float32Array] = []
     shapes = []
@@ -93,7 +94,7 @@ def _flat_gat(config: NetworkConfig, tensors: Mapping[str, Tensor]) -> FlatNetwo
         shapes.append((start, *matrices.shape, config.num_heads, outputs))
         parts += [matrices, layer["bias"].numpy(), np.array([config.negative_slope], dtype=np.float32)]
     weights = np.concatenate([part.ravel() for part in parts])
-    return FlatNetwork(weights, np.array(shapes, dtype=np.int64), GAT)
+    return AttentionNetwork(weights, np.array(shapes, dtype=np.int64))
 
 
 def _gat_matrices(layer: Mapping[str, Tensor], heads: int, outputs: int) -> Float32Array:

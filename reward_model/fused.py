@@ -18,10 +18,9 @@ import numpy as np
 import torch
 
 from reward_model.ahead import ScoringAhead
-from reward_model.flat_layers import FlatNetwork
 from reward_model.flat_window import stack_windows
 from reward_model.frame_graph import FrameGraph
-from reward_model.fused_kernels import score_windows
+from reward_model.fused_kernels import FlatNetwork, score_windows
 from reward_model.packed_frames import Float32Array
 from reward_model.scoring import Scoring, ScoringTogether
 
@@ -67,7 +66,7 @@ class FusedNetwork:
     def _score(self, windows: Items[Items[FrameGraph]], scores: Float32Array) -> None:
         for start in range(0, len(windows), _TOGETHER):
             few = slice(start, start + _TOGETHER)
-            score_windows(stack_windows(windows[few]), self._network, scores[few])
+            score_windows(stack_windows(windows[few]), scores[few], self._network)
 
 
 @cache

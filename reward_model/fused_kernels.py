@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Final
 
 import numpy as np
 
 from reward_model.elu import apply_elu
-from reward_model.flat_layers import GAT, NUM_PLAIN, RGCN, FlatNetwork, Layer, layer_at
+from reward_model.flat_layers import NUM_PLAIN, Layer, RelationalNetwork, layer_at
 from reward_model.flat_window import FEATURES, NUM_KINDS, Edges, Nodes, Stack, flat_windows
-from reward_model.gat_kernels import gat_answers
+from reward_model.gat_kernels import AttentionNetwork, score_by_attention
 from reward_model.graph import NUM_FRAMES, Relation
-from reward_model.jit import njit
+from reward_model.jit import chosen_by_type, njit
 from reward_model.measured_edges import OnCurves, add_meeting, add_parting, on_curves, relation_shares
 from reward_model.models.edge_networks import PLAIN
 from reward_model.packed_frames import Float32Array
@@ -23,24 +24,15 @@ _TO_OLDER: Final = (PLAIN.index(Relation.NOW_TO_SECOND), PLAIN.index(Relation.SE
 _TO_NEWER: Final = (PLAIN.index(Relation.SECOND_TO_NOW), PLAIN.index(Relation.THIRD_TO_SECOND))
 _NUM_FEATURES: Final = tuple(map(len, FEATURES))
 
+FlatNetwork = RelationalNetwork | AttentionNetwork
+
 
 @njit
-def score_windows(stack: Stack, network: FlatNetwork, scores: Float32Array) -> None:
-    """Write q1 and q2 of each window, (num_windows, 2)."""
+def _score_by_relation(stack: Stack, scores: Float32Array, network: RelationalNetwork) -> None:
     nodes, edges = flat_windows(stack)
-    answers = gat_answers(nodes, edges, network) if network.kind == GAT else _relational_answers(nodes, edges, network)
-    scores[:] = np.maximum(answers[: len(scores), :2], np.float32(0))
-
-
-@njit
-def _relational_answers(nodes: Nodes, edges: Edges, network: FlatNetwork) -> Float32Array:
-    """What an MPNN or an RGCN says at the newest rooms, before the last ReLU.
-
-    An RGCN's messages are averaged over the edges of one relation into a node, an MPNN's over all edges into it.
-    """
     weights, shapes = network.weights, network.shapes
     hidden, last = nodes.features, len(shapes) - 1
-    if network.kind == RGCN:
+    if network.by_relation:
         shares = np.ones_like(nodes.shares)
         curves = relation_shares(edges, len(shares))
     else:
@@ -55,7 +47,13 @@ def _relational_answers(nodes: Nodes, edges: Edges, network: FlatNetwork) -> Flo
         hidden = _all_nodes(nodes, edges, layer, curves, hidden, whole, shares)
         if index < last:
             apply_elu(hidden)
-    return hidden
+    scores[:] = np.maximum(hidden[: len(scores), :2], np.float32(0))
+
+
+score_windows: Final[Callable[[Stack, Float32Array, FlatNetwork], None]] = chosen_by_type(
+    {RelationalNetwork: _score_by_relation, AttentionNetwork: score_by_attention}
+)
+"""Write q1 and q2 of each window, (num_windows, 2)."""
 
 
 @njit

@@ -11,8 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from reward_model.elu import apply_elu
-from reward_model.flat_layers import FlatNetwork
-from reward_model.flat_window import FEATURES, NUM_KINDS, NUM_MEETING, Edges, Nodes
+from reward_model.flat_window import FEATURES, NUM_KINDS, NUM_MEETING, Edges, Nodes, Stack, flat_windows
 from reward_model.graph import NUM_FRAMES
 from reward_model.jit import njit
 from reward_model.packed_frames import Float32Array
@@ -20,6 +19,17 @@ from reward_model.scenario import IntArray
 from reward_model.tiles import add_product
 
 _NUM_FEATURES = tuple(map(len, FEATURES))
+
+
+class AttentionNetwork(NamedTuple):
+    """A GAT, ready for compiled code.
+
+    weights: all layers' arrays one after the other
+    shapes: (num_layers, 5) where each layer's begin and how large they are, as `gat_layer_at` reads it
+    """
+
+    weights: Float32Array
+    shapes: IntArray
 
 
 class GATLayer(NamedTuple):
@@ -47,10 +57,11 @@ class _Incoming(NamedTuple):
 
 
 @njit
-def gat_answers(nodes: Nodes, edges: Edges, network: FlatNetwork) -> Float32Array:
-    """What a GAT says at the newest rooms, the mean of the last layer's heads, before the last ReLU: (num_rooms, 2)."""
+def score_by_attention(stack: Stack, scores: Float32Array, network: AttentionNetwork) -> None:
+    """Write q1 and q2 of each window, (num_windows, 2): the mean of the last layer's heads at its newest room."""
+    nodes, edges = flat_windows(stack)
     incoming = _incoming(nodes, edges)
-    num_windows = (len(nodes.starts) - 1) // (NUM_FRAMES * NUM_KINDS)
+    num_windows = len(stack.sizes)
     hidden, last = nodes.features, len(network.shapes) - 1
     layer = gat_layer_at(network.weights, network.shapes[0])
     for index in range(last + 1):
@@ -62,12 +73,12 @@ def gat_answers(nodes: Nodes, edges: Edges, network: FlatNetwork) -> Float32Arra
         hidden = _heard(incoming, layer, known, _attention(incoming, layer, known, num_nodes), num_nodes)
         if index < last:
             apply_elu(hidden)
-    answers = np.zeros((len(hidden), layer.outputs), dtype=np.float32)
-    for node in range(len(hidden)):
-        for head in range(layer.heads):
-            for column in range(layer.outputs):
-                answers[node, column] += hidden[node, head * layer.outputs + column] / np.float32(layer.heads)
-    return answers
+    for window in range(num_windows):
+        for column in range(layer.outputs):
+            answer = np.float32(0)
+            for head in range(layer.heads):
+                answer += hidden[window, head * layer.outputs + column] / np.float32(layer.heads)
+            scores[window, column] = max(answer, np.float32(0))
 
 
 @njit

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
 from llvmlite import ir
 from numba.core import types
-from numba.extending import intrinsic
+from numba.extending import intrinsic, overload
 
 Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
@@ -23,6 +23,27 @@ def njit(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]
     """
     compiled: Callable[Parameters, Result] = numba.njit(cache=True, error_model="numpy", nogil=True)(function)
     return compiled
+
+
+def chosen_by_type(functions: Mapping[type, Callable[..., Result]]) -> Callable[[Any, Any, Any], Result]:
+    """One function for several of three arguments that `njit` made: that whose key is the type of the last, a tuple.
+
+    In compiled code it is chosen when the caller is compiled, and the others are not compiled at all.
+    """
+
+    def chosen(first: Any, second: Any, last: Any) -> Result:
+        return functions[type(last)](first, second, last)
+
+    def choose(first: Any, second: Any, last: Any) -> Any:
+        function = functions[last.instance_class]
+
+        def call(first: Any, second: Any, last: Any) -> Any:
+            return function(first, second, last)
+
+        return call
+
+    overload(chosen, inline="always")(choose)  # numba wants the same names of arguments in all three, and no `*`
+    return chosen
 
 
 def machine_code(function: Callable[Parameters, Result], *arguments: Any) -> Callable[Parameters, Result]:

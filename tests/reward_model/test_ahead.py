@@ -26,7 +26,7 @@ def scores_by(scoring, windows) -> np.ndarray:
 def expected(windows) -> np.ndarray:
     scores = np.empty((len(windows), 2), dtype=np.float32)
     for index, window in enumerate(windows):
-        score_windows(stack_windows([window]), NETWORK, scores[index : index + 1])
+        score_windows(stack_windows([window]), scores[index : index + 1], NETWORK)
     return scores
 
 
