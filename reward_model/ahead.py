@@ -96,10 +96,10 @@ class ScoringAhead:
 
     def _score_posted(self) -> None:
         """What other threads do; they hold on to this object, and so to the stacks that they read."""
-        _score_posted(self._board, self._network)
+        _score_until(self._board, _TAKEN, len(self._board.stacks), self._network)
 
     def _finish(self, group: int) -> None:
-        while not _score_until(self._board, group, self._network):
+        while not _score_until(self._board, _FIRST_DONE + group, 1, self._network):
             for other in self._others:
                 if other.done():
                     other.result()  # which raises what went wrong in it
@@ -115,36 +115,28 @@ def _post(board: _Board, group: int, stack: Stack) -> None:
 
 
 @njit
-def _score_posted(board: _Board, network: FlatNetwork) -> None:
-    """Score what is posted until all groups are taken, or nothing has come for long."""
+def _score_until(board: _Board, place: int, value: int, network: FlatNetwork) -> bool:
+    """Score what is posted until a flag has reached a value, or nothing has come for long; return whether it has.
+
+    One function for all who score: each would take as long to compile as the network.
+    """
     idle = 0
-    while load(board.flags, _TAKEN) < len(board.stacks) and idle < _PATIENCE:
-        idle = _score_next(board, idle, network)
-
-
-@njit
-def _score_until(board: _Board, group: int, network: FlatNetwork) -> bool:
-    """Score what is posted until a group is done, and return whether it is: another thread may take long."""
-    idle = 0
-    while load(board.flags, _FIRST_DONE + group) == 0 and idle < _PATIENCE:
-        idle = _score_next(board, idle, network)
-    return idle < _PATIENCE
-
-
-@njit
-def _score_next(board: _Board, idle: int, network: FlatNetwork) -> int:
-    """Score one group if there is one, and return how many glances in a row have found none."""
-    group = _take(board)
-    if group < 0:
-        if idle % _GLANCES == _GLANCES - 1:
+    while load(board.flags, place) < value:
+        group = _take(board)
+        if group >= 0:
+            first = group * board.group_size
+            last = min(first + board.group_size, len(board.sizes))
+            words = words_at(board.stacks[group, 0], board.stacks[group, 1])
+            score_windows(Stack(words, board.sizes[first:last]), board.scores[first:last], network)
+            store(board.flags, _FIRST_DONE + group, 1)
+            idle = 0
+            continue
+        idle += 1
+        if idle % _GLANCES == 0:
             let_others_run()
-        return idle + 1
-    first = group * board.group_size
-    last = min(first + board.group_size, len(board.sizes))
-    words = words_at(board.stacks[group, 0], board.stacks[group, 1])
-    score_windows(Stack(words, board.sizes[first:last]), board.scores[first:last], network)
-    store(board.flags, _FIRST_DONE + group, 1)
-    return 0
+        if idle == _PATIENCE:
+            return False
+    return True
 
 
 @njit

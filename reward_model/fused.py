@@ -20,7 +20,7 @@ import torch
 from reward_model.ahead import ScoringAhead
 from reward_model.flat_window import stack_windows
 from reward_model.frame_graph import FrameGraph
-from reward_model.fused_kernels import FlatNetwork, score_windows
+from reward_model.fused_kernels import KERNELS, FlatNetwork
 from reward_model.packed_frames import Float32Array
 from reward_model.scoring import Scoring, ScoringTogether
 
@@ -38,6 +38,7 @@ class FusedNetwork:
 
     def __init__(self, network: FlatNetwork) -> None:
         self._network = network
+        self._score_windows = KERNELS[type(network)]
 
     def __call__(self, windows: Items[Items[FrameGraph]]) -> Float32Array:
         """(num_windows, 2) the scores of windows of up to three frames, newest first."""
@@ -66,7 +67,7 @@ class FusedNetwork:
     def _score(self, windows: Items[Items[FrameGraph]], scores: Float32Array) -> None:
         for start in range(0, len(windows), _TOGETHER):
             few = slice(start, start + _TOGETHER)
-            score_windows(stack_windows(windows[few]), scores[few], self._network)
+            self._score_windows(stack_windows(windows[few]), scores[few], self._network)
 
 
 @cache

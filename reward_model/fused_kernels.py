@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Final
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any, Final
 
 import numpy as np
 
@@ -28,7 +29,8 @@ FlatNetwork = RelationalNetwork | AttentionNetwork
 
 
 @njit
-def _score_by_relation(stack: Stack, scores: Float32Array, network: RelationalNetwork) -> None:
+def score_by_relation(stack: Stack, scores: Float32Array, network: RelationalNetwork) -> None:
+    """Write q1 and q2 of each window, (num_windows, 2)."""
     nodes, edges = flat_windows(stack)
     weights, shapes = network.weights, network.shapes
     hidden, last = nodes.features, len(shapes) - 1
@@ -50,10 +52,13 @@ def _score_by_relation(stack: Stack, scores: Float32Array, network: RelationalNe
     scores[:] = np.maximum(hidden[: len(scores), :2], np.float32(0))
 
 
-score_windows: Final[Callable[[Stack, Float32Array, FlatNetwork], None]] = chosen_by_type(
-    {RelationalNetwork: _score_by_relation, AttentionNetwork: score_by_attention}
+KERNELS: Final[Mapping[type, Callable[[Stack, Float32Array, Any], None]]] = MappingProxyType(
+    {RelationalNetwork: score_by_relation, AttentionNetwork: score_by_attention}
 )
-"""Write q1 and q2 of each window, (num_windows, 2)."""
+"""What writes q1 and q2 of each window, (num_windows, 2), by the type of its last argument, the network."""
+
+score_windows: Final[Callable[[Stack, Float32Array, FlatNetwork], None]] = chosen_by_type(KERNELS)
+"""In compiled code: that of them for the network."""
 
 
 @njit

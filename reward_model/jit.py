@@ -8,7 +8,7 @@ from typing import Any, ParamSpec, TypeVar, cast
 import numba
 from llvmlite import ir
 from numba.core import types
-from numba.extending import intrinsic, overload
+from numba.extending import intrinsic
 
 Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
@@ -19,31 +19,38 @@ def njit(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]
 
     IEEE semantics are kept (no fast-math), so that a seed gives the same bits on every run; the compiled
     code is cached on disk beside the module or, where that is read-only, in the user's cache folder. It lets other
-    threads run meanwhile.
+    threads run meanwhile. Numbers written out in a call are taken for any others: numba would compile the function
+    anew for each of them, and everything that it calls.
     """
-    compiled: Callable[Parameters, Result] = numba.njit(cache=True, error_model="numpy", nogil=True)(function)
-    return compiled
+    compiled: Any = numba.njit(cache=True, error_model="numpy", nogil=True)(function)
+    template_of = compiled.get_call_template
+
+    def get_call_template(arguments: Any, keywords: Any) -> Any:
+        return template_of(tuple(map(types.unliteral, arguments)), keywords)
+
+    compiled.get_call_template = get_call_template
+    return cast(Callable[Parameters, Result], compiled)
 
 
-def chosen_by_type(functions: Mapping[type, Callable[..., Result]]) -> Callable[[Any, Any, Any], Result]:
-    """One function for several of three arguments that `njit` made: that whose key is the type of the last, a tuple.
+def chosen_by_type(functions: Mapping[type, Callable[..., None]]) -> Callable[[Any, Any, Any], None]:
+    """For compiled code: of functions of three arguments that `njit` made, that for the last one's type, a tuple.
 
-    In compiled code it is chosen when the caller is compiled, and the others are not compiled at all.
+    It is chosen when the caller is compiled, and the others are not compiled at all.
     """
 
-    def chosen(first: Any, second: Any, last: Any) -> Result:
-        return functions[type(last)](first, second, last)
+    def chosen(typing: Any, first: Any, second: Any, last: Any) -> Any:
+        made: Any = functions[last.instance_class]
+        function = types.Dispatcher(made)
+        signature = function.get_call_type(typing, (first, second, last), {})
 
-    def choose(first: Any, second: Any, last: Any) -> Any:
-        function = functions[last.instance_class]
+        def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
+            call = context.get_function(function, signature)
+            context.add_linking_libs(call.libs)
+            return call(builder, arguments)
 
-        def call(first: Any, second: Any, last: Any) -> Any:
-            return function(first, second, last)
+        return signature, generate
 
-        return call
-
-    overload(chosen, inline="always")(choose)  # numba wants the same names of arguments in all three, and no `*`
-    return chosen
+    return cast(Callable[[Any, Any, Any], None], intrinsic(chosen))
 
 
 def machine_code(function: Callable[Parameters, Result], *arguments: Any) -> Callable[Parameters, Result]:

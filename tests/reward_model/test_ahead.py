@@ -10,7 +10,7 @@ from reward_model import ahead
 from reward_model.ahead import ScoringAhead
 from reward_model.flat_layers import flat_layers
 from reward_model.flat_window import stack_windows
-from reward_model.fused_kernels import score_windows
+from reward_model.fused_kernels import score_by_relation
 from tests.reward_model.random_scenes import random_windows
 from tests.reward_model.test_compiled import random_network
 
@@ -26,7 +26,7 @@ def scores_by(scoring, windows) -> np.ndarray:
 def expected(windows) -> np.ndarray:
     scores = np.empty((len(windows), 2), dtype=np.float32)
     for index, window in enumerate(windows):
-        score_windows(stack_windows([window]), scores[index : index + 1], NETWORK)
+        score_by_relation(stack_windows([window]), scores[index : index + 1], NETWORK)
     return scores
 
 
@@ -71,12 +71,12 @@ def test_a_thread_leaves_when_nothing_comes():
 
 
 def test_an_error_in_a_thread_reaches_who_asks_for_the_scores(monkeypatch):
-    def fail(board, *network):
-        while ahead._take(board) < 0:
+    def fail(scoring):
+        while ahead._take(scoring._board) < 0:
             time.sleep(0.001)
         raise MemoryError("no room")
 
-    monkeypatch.setattr(ahead, "_score_posted", fail)
+    monkeypatch.setattr(ScoringAhead, "_score_posted", fail)
     with ThreadPoolExecutor(1) as threads:
         scoring = ScoringAhead(NETWORK, 2, 1, threads, 1)
         scoring.add(random_windows(45, count=1)[0])
@@ -89,14 +89,14 @@ def test_an_error_in_a_thread_reaches_who_asks_for_the_scores(monkeypatch):
 
 def test_who_gives_up_takes_nothing_away_from_the_threads(monkeypatch):
     read = []
-    score_posted = ahead._score_posted
+    score_posted = ScoringAhead._score_posted
 
-    def late(board, *network):
+    def late(scoring):
         time.sleep(0.2)
-        score_posted(board, *network)
-        read.append(board.scores[:2].copy())
+        score_posted(scoring)
+        read.append(scoring._board.scores[:2].copy())
 
-    monkeypatch.setattr(ahead, "_score_posted", late)
+    monkeypatch.setattr(ScoringAhead, "_score_posted", late)
     windows = random_windows(47, count=2)
     with ThreadPoolExecutor(1) as threads:
         scoring = ScoringAhead(NETWORK, 3, 1, threads, 1)

@@ -31,24 +31,41 @@ class Halving(NamedTuple):
 
 
 @njit
-def _double(first: int, second: int, last: Doubling) -> int:
-    return 2 * (first + second) + last.by
+def _double(values: np.ndarray, plus: int, last: Doubling) -> None:
+    values[:] = values * 2 + plus + last.by
 
 
 @njit
-def _halve(first: int, second: int, last: Halving) -> int:
-    return (first + second) // 2 + last.by
+def _halve(values: np.ndarray, plus: int, last: Halving) -> None:
+    values[:] = values // 2 + plus + last.by
 
 
 _scaled = chosen_by_type({Doubling: _double, Halving: _halve})
 
 
 @njit
-def _scaled_by(last: Doubling | Halving) -> int:
-    return _scaled(3, 5, last) + 100
+def _scale(values: np.ndarray, last: Doubling | Halving) -> None:
+    _scaled(values, 100, last)
 
 
 def test_the_type_of_the_last_argument_chooses_the_function():
-    for scaled, plus in ((_scaled_by, 100), (lambda last: _scaled(3, 5, last), 0)):
-        assert scaled(Doubling(1)) == 17 + plus
-        assert scaled(Halving(2)) == 6 + plus
+    for last, expected in ((Doubling(1), [107, 117]), (Halving(2), [103, 106]), (Doubling(0), [106, 116])):
+        values = np.array([3, 8])
+        _scale(values, last)
+        assert values.tolist() == expected
+
+
+@njit
+def _plus(number: int, other: int) -> int:
+    return number + other
+
+
+@njit
+def _sum_of_sums(number: int) -> int:
+    return _plus(1, 2) + _plus(3, number) + _plus(number, 4)
+
+
+def test_numbers_written_out_need_no_code_of_their_own():
+    assert _sum_of_sums(10) == 30
+    assert _plus(5, 6) == 11
+    assert len(_plus.overloads) == 1
