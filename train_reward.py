@@ -8,7 +8,7 @@ answers. The result is a checkpoint folder with a model card that says how far t
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence as Items
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
@@ -18,15 +18,16 @@ import tyro
 from rich.console import Console
 from rich.progress import Progress, TaskID
 
-from reward_model.checkpoint import Checkpoint, CheckpointError, NetworkConfig, save_checkpoint
-from reward_model.compiled import EdgelessMPNN
-from reward_model.files import replace_file
-from reward_model.graph import NUM_NODE_FEATURES, FrameGraph, mirrored_frame
-from reward_model.scenario import ScenarioError, Sequence
+from reward_model.base.files import replace_file
+from reward_model.data.labelled_windows import LabelledWindows
+from reward_model.graph.windows import NUM_NODE_FEATURES, FrameGraph, mirrored_frame
+from reward_model.networks.checkpoint import Checkpoint, CheckpointError, NetworkConfig, save_checkpoint
+from reward_model.networks.factorised_mpnn import EdgelessMPNN
+from reward_model.scenes.scene import ScenarioError, SceneSequence
+from reward_model.scenes.socnav2_json import read_socnav2
 from reward_model.scorer import SocialScorer, load_scorer
-from reward_model.socnav2_json import read_socnav2
-from reward_model.training import Epoch, LabelledWindows, TrainingConfig, errors, fit
-from socnav_env.generate import generate_windows
+from reward_model.training.fit import Epoch, TrainingConfig, errors, fit
+from socnav_env.simulated_data.windows import generate_windows
 
 DEFAULT_OUTPUT = Path(__file__).parent / "reward_model" / "weights" / "default"
 _DROPPED = 3  # snapshots cut off a genuine sequence's end for a second row, as the published reference does
@@ -107,7 +108,7 @@ def train(options: Options) -> None:
     console.print_json(data=report)
 
 
-class _WithMirrored(Items[list[FrameGraph]]):
+class _WithMirrored(Sequence[list[FrameGraph]]):
     """Windows, followed by their mirror images with walls as recorders list them, made when they are asked for."""
 
     def __init__(self, windows: list[list[FrameGraph]]) -> None:
@@ -131,7 +132,7 @@ def _labelled(teacher: SocialScorer, progress: Progress, name: str, size: int, s
 
 
 def _scored(
-    teacher: SocialScorer, progress: Progress, bar: TaskID, name: str, windows: Items[list[FrameGraph]]
+    teacher: SocialScorer, progress: Progress, bar: TaskID, name: str, windows: Sequence[list[FrameGraph]]
 ) -> LabelledWindows:
     progress.update(bar, description=f"label {name}", total=len(windows))
     scores = []
@@ -157,7 +158,7 @@ def _fit(
     return fit(network, train_windows, development, config, after_epoch)
 
 
-def _genuine(folder: Path | None) -> list[Sequence]:
+def _genuine(folder: Path | None) -> list[SceneSequence]:
     """Every recording of the folder, whole and without its last snapshots."""
     if folder is None:
         return []
@@ -165,10 +166,10 @@ def _genuine(folder: Path | None) -> list[Sequence]:
     if not paths:
         raise ScenarioError(f"{folder}: must hold SocNav2 recordings (*.json), found none")
     whole = [read_socnav2(path) for path in paths]
-    return [*whole, *(Sequence(each.snapshots[:-_DROPPED], each.name) for each in whole)]
+    return [*whole, *(SceneSequence(each.snapshots[:-_DROPPED], each.name) for each in whole)]
 
 
-def _genuine_errors(teacher: SocialScorer, student: SocialScorer, sequences: list[Sequence]) -> dict[str, float]:
+def _genuine_errors(teacher: SocialScorer, student: SocialScorer, sequences: list[SceneSequence]) -> dict[str, float]:
     differences = np.abs(student.score_batch(sequences) - teacher.score_batch(sequences))
     q1, q2 = differences.mean(axis=0)
     return {"rows": len(sequences), "q1_mae": float(q1), "q2_mae": float(q2), "worst": float(differences.max())}

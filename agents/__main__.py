@@ -10,7 +10,7 @@ from pathlib import Path
 import tyro
 from rich.console import Console
 
-from agents.config import TrainingConfig
+from agents.config import RunConfig
 from agents.errors import AgentError
 from agents.files import read_object
 
@@ -19,7 +19,7 @@ INTERRUPTED = 130
 
 
 @dataclass(frozen=True)
-class Evaluate:
+class EvaluateAgent:
     """Play an agent over fixed seeds; print and write its measures with 95 % bootstrap intervals."""
 
     agent: tyro.conf.Positional[str]
@@ -40,7 +40,7 @@ class Evaluate:
     """Processes that share the episodes; the result is the same for any number."""
 
 
-COMMANDS: dict[str, Callable[..., Evaluate]] = {"evaluate": Evaluate}
+COMMANDS: dict[str, Callable[..., EvaluateAgent]] = {"evaluate": EvaluateAgent}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -57,7 +57,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
-def _evaluate(command: Evaluate) -> None:
+def _evaluate(command: EvaluateAgent) -> None:
     from agents.evaluation import evaluate, evaluation_seeds
     from agents.policy import load_agent
     from agents.report import evaluation_table
@@ -67,7 +67,7 @@ def _evaluate(command: Evaluate) -> None:
         if getattr(command, name) < 1:
             raise AgentError(f"{name} must be at least 1, got {getattr(command, name)}")
     environment = read_object(command.env_config) if command.env_config else {}
-    config = TrainingConfig(
+    config = RunConfig(
         reward=command.reward, weights=command.weights, scenario=command.scenario, environment=environment
     )
     policy = load_agent(command.agent)

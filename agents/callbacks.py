@@ -15,8 +15,8 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, Ti
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
 
-from agents.checkpoint import CHECKPOINT_FILE, History, save_checkpoint
-from agents.config import TrainingConfig
+from agents.checkpoint import CHECKPOINT_FILE, LearningHistory, save_checkpoint
+from agents.config import RunConfig
 from agents.evaluation import Evaluation
 
 WINDOW = 100  # episodes the running means are taken over
@@ -62,9 +62,9 @@ class TrainingCallback(BaseCallback):
 
     def __init__(
         self,
-        config: TrainingConfig,
+        config: RunConfig,
         folder: Path,
-        history: History,
+        history: LearningHistory,
         evaluate_now: Callable[[PPO], Evaluation],
         stop: StopRequest,
         console: Console,

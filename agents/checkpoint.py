@@ -19,7 +19,7 @@ CHECKPOINT_LAYOUT = "socnav2-checkpoint-1"
 
 
 @dataclass
-class History:
+class LearningHistory:
     """What the learning curve is drawn from.
 
     training: one row an update: timesteps and the means of the latest episodes
@@ -30,7 +30,7 @@ class History:
     evaluations: list[dict[str, Any]] = field(default_factory=list)
 
 
-def save_checkpoint(path: Path, model: PPO, history: History) -> None:
+def save_checkpoint(path: Path, model: PPO, history: LearningHistory) -> None:
     """Write networks, optimizer, reward scale, timesteps and history of a run."""
     scale = _reward_scale(model).ret_rms
     progress = {
@@ -45,20 +45,20 @@ def save_checkpoint(path: Path, model: PPO, history: History) -> None:
     write_tensors(path, CHECKPOINT_LAYOUT, tensors, progress)
 
 
-def load_checkpoint(path: Path) -> Checkpoint:
+def load_checkpoint(path: Path) -> RunCheckpoint:
     """Read what `save_checkpoint` wrote. Raises `AgentError` naming the file if it is anything else."""
     tensors, progress = read_tensors(path, CHECKPOINT_LAYOUT)
-    return Checkpoint(path, tensors, progress, History(**progress["history"]))
+    return RunCheckpoint(path, tensors, progress, LearningHistory(**progress["history"]))
 
 
 @dataclass(frozen=True, eq=False)
-class Checkpoint:
+class RunCheckpoint:
     """A checkpoint in memory; `restore` puts it into a model of the same sizes."""
 
     path: Path
     tensors: dict[str, Tensor]
     progress: dict[str, Any]
-    history: History
+    history: LearningHistory
 
     @property
     def actions(self) -> int:

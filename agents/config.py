@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 from agents.errors import require
 
-Config = TypeVar("Config", bound="PPOConfig | TrainingConfig")
+Config = TypeVar("Config", bound="PPOConfig | RunConfig")
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class PPOConfig:
 
 
 @dataclass(frozen=True)
-class TrainingConfig:
+class RunConfig:
     """One training run."""
 
     total_timesteps: int = 700_000
@@ -95,7 +95,7 @@ class TrainingConfig:
         return asdict(self)
 
     @classmethod
-    def from_dict(cls, values: dict[str, Any], where: str) -> TrainingConfig:
+    def from_dict(cls, values: dict[str, Any], where: str) -> RunConfig:
         """Build the config that `to_dict` gave. Raises `AgentError` on unknown keys, naming the file `where`."""
         ppo = dict(values.get("ppo", {}))
         ppo["net_arch"] = tuple(ppo.get("net_arch", PPOConfig.net_arch))

@@ -43,7 +43,7 @@ class SocNavMaker:
     def side_by_side(self, num_envs: int, action_repeat: int) -> VecEnv:
         """Return many in this process, whose rewards are scored many at a time."""
         from agents.vector import SB3VectorEnv
-        from socnav_env.vector_env import SocNavVectorEnv
+        from socnav_env.vector.env import SocNavVectorEnv
 
         return SB3VectorEnv(SocNavVectorEnv(num_envs, **self._arguments()), action_repeat, MONITORED)
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from agents.errors import AgentError
-from reward_model.files import replace_file
+from reward_model.base.files import replace_file
 
 
 def write_json(path: Path, value: Any) -> None:

@@ -90,7 +90,7 @@ def build_policy(
     observation_space: spaces.Dict, action_space: spaces.Box, architecture: dict[str, Any]
 ) -> ActorCriticPolicy:
     """Return an untrained network whose sizes are given as `policy_arguments` gives them."""
-    from agents.entity_policy import EntityPolicy
+    from agents.features.policy import EntityPolicy
 
     return EntityPolicy(observation_space, action_space, lambda _: 0.0, **policy_arguments(architecture))
 
@@ -99,7 +99,7 @@ def policy_arguments(architecture: dict[str, Any]) -> dict[str, Any]:
     """Return SB3's `policy_kwargs` for `entity_width`, `net_arch` and `log_std_init`."""
     from torch import nn
 
-    from agents.features import EntityFeatures
+    from agents.features.extractor import EntityFeatures
 
     layers = list(architecture["net_arch"])
     return {

@@ -13,11 +13,11 @@ from stable_baselines3.common.logger import configure
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 from agents.callbacks import StopRequest, TrainingCallback
-from agents.checkpoint import CHECKPOINT_FILE, History, load_checkpoint, save_checkpoint
-from agents.config import PPOConfig, TrainingConfig
-from agents.entity_policy import EntityPolicy, EntityRolloutBuffer
+from agents.checkpoint import CHECKPOINT_FILE, LearningHistory, load_checkpoint, save_checkpoint
+from agents.config import PPOConfig, RunConfig
 from agents.envs import EnvironmentMaker, make_training_envs
 from agents.evaluation import SELECTION_SEEDS, Evaluation, evaluate, evaluation_seeds
+from agents.features.policy import EntityPolicy, EntityRolloutBuffer
 from agents.policy import AGENT_FILE, policy_arguments, save_policy
 
 FINAL_LEARNING_RATE = 0.1  # share of the learning rate that is left at the end
@@ -25,7 +25,7 @@ TENSORBOARD_FOLDER = "tensorboard"
 THREADS = 1  # these networks are small: a second thread mostly waits, and starves the workers where cores are shared
 
 
-def train(config: TrainingConfig, make: EnvironmentMaker, folder: Path, console: Console) -> History | None:
+def train(config: RunConfig, make: EnvironmentMaker, folder: Path, console: Console) -> LearningHistory | None:
     """Train an agent, from the folder's checkpoint on where there is one.
 
     Writes the agent (`agent.safetensors`), the checkpoint and TensorBoard's logs to `folder`.
@@ -43,7 +43,7 @@ def train(config: TrainingConfig, make: EnvironmentMaker, folder: Path, console:
     torch.set_num_threads(THREADS)
     path = folder / CHECKPOINT_FILE
     checkpoint = load_checkpoint(path) if path.is_file() else None
-    history = checkpoint.history if checkpoint else History()
+    history = checkpoint.history if checkpoint else LearningHistory()
     trained = checkpoint.actions if checkpoint else 0
     wanted = -(-config.total_timesteps // config.action_repeat)  # actions, which is what SB3 counts
     if trained >= wanted:
@@ -67,7 +67,7 @@ def train(config: TrainingConfig, make: EnvironmentMaker, folder: Path, console:
         envs.close()
 
 
-def build_model(config: TrainingConfig, envs: VecEnv, seed: int) -> PPO:
+def build_model(config: RunConfig, envs: VecEnv, seed: int) -> PPO:
     """Return an untrained PPO on `envs`, whose rewards it scales by the running deviation of the returns."""
     ppo = config.ppo
     return PPO(
@@ -104,7 +104,7 @@ def run_seed(seed: int, trained: int) -> int:
     return int(np.random.SeedSequence([seed, trained]).generate_state(1)[0] % 2**31)
 
 
-def _evaluator(config: TrainingConfig, make: EnvironmentMaker) -> Callable[[PPO], Evaluation]:
+def _evaluator(config: RunConfig, make: EnvironmentMaker) -> Callable[[PPO], Evaluation]:
     """Return what evaluates a model's policy, on the seeds set aside for the time of training."""
     seeds = evaluation_seeds(config.evaluation_episodes, SELECTION_SEEDS)
     jobs = max(1, config.num_workers)

@@ -11,11 +11,11 @@ import numpy as np
 from rich.markup import escape
 from rich.table import Table
 
-from agents.checkpoint import History
+from agents.checkpoint import LearningHistory
 from agents.envs import EnvironmentMaker
 from agents.evaluation import Evaluation, Interval
 from agents.policy import Policy, act
-from reward_model.files import replace_file
+from reward_model.base.files import replace_file
 
 TABLE_MEASURES = {
     "success": "arrived",
@@ -57,7 +57,7 @@ def _cell(interval: Interval | None) -> str:
     return f"{interval.mean:.3g}  {interval.low:.3g}..{interval.high:.3g}"
 
 
-def plot_learning_curve(history: History, title: str, path: Path) -> None:
+def plot_learning_curve(history: LearningHistory, title: str, path: Path) -> None:
     """Draw success rate, return and Q2 over the timesteps, with the evaluations' means and intervals, to a PNG."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -74,7 +74,7 @@ def plot_learning_curve(history: History, title: str, path: Path) -> None:
     replace_file(path, image.getvalue())
 
 
-def _draw_panel(axes: Any, history: History, name: str) -> None:
+def _draw_panel(axes: Any, history: LearningHistory, name: str) -> None:
     rows = [row for row in history.training if name in row]
     values = np.array([row[name] for row in rows])
     smooth = [values[max(0, end - SMOOTHING) : end].mean() for end in range(1, len(values) + 1)]

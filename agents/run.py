@@ -6,7 +6,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from agents.config import TrainingConfig
+from agents.config import RunConfig
 from agents.envs import EnvironmentMaker, SocNavMaker
 from agents.errors import AgentError
 from agents.evaluation import Evaluation, evaluate, evaluation_seeds
@@ -23,7 +23,7 @@ FILM_FILE = "episode.gif"
 COMPARED = ("random", "straight")  # baselines evaluated beside the trained agent
 
 
-def check_environment(config: TrainingConfig) -> None:
+def check_environment(config: RunConfig) -> None:
     """Raise `AgentError` in one line if the environment cannot be made, before anything is written."""
     try:
         environment_maker(config)().close()
@@ -31,20 +31,20 @@ def check_environment(config: TrainingConfig) -> None:
         raise AgentError(str(error)) from error
 
 
-def environment_maker(config: TrainingConfig) -> SocNavMaker:
+def environment_maker(config: RunConfig) -> SocNavMaker:
     """Return what makes the environments of a run."""
     return SocNavMaker(config.reward, config.weights, config.environment, config.scenario)
 
 
-def read_run(folder: Path) -> TrainingConfig:
+def read_run(folder: Path) -> RunConfig:
     """Return the config of the run in `folder`. Raises `AgentError` if there is none."""
     path = folder / CONFIG_FILE
     if not path.is_file():
         raise AgentError(f"{folder}: is no training run: it has no {CONFIG_FILE}; give the folder of an earlier run")
-    return TrainingConfig.from_dict(read_object(path), str(path))
+    return RunConfig.from_dict(read_object(path), str(path))
 
 
-def new_folder(config: TrainingConfig, wanted: Path | None) -> Path:
+def new_folder(config: RunConfig, wanted: Path | None) -> Path:
     """Return the folder of a new run: the one that is wanted, or the first free number under `runs`.
 
     Raises `AgentError` if the folder already has a run.
@@ -59,7 +59,7 @@ def new_folder(config: TrainingConfig, wanted: Path | None) -> Path:
     return RUNS_FOLDER / f"ppo-{name}-{number}"
 
 
-def run(config: TrainingConfig, folder: Path, make: EnvironmentMaker, console: Console) -> bool:
+def run(config: RunConfig, folder: Path, make: EnvironmentMaker, console: Console) -> bool:
     """Train, evaluate beside the baselines and report, all into `folder`.
 
     Returns:
@@ -82,7 +82,7 @@ def run(config: TrainingConfig, folder: Path, make: EnvironmentMaker, console: C
 
 
 def evaluate_beside_baselines(
-    config: TrainingConfig, make: EnvironmentMaker, folder: Path, console: Console
+    config: RunConfig, make: EnvironmentMaker, folder: Path, console: Console
 ) -> dict[str, Evaluation]:
     """Evaluate the trained agent and the baselines on the same episodes and write `eval.json`."""
     seeds = evaluation_seeds(config.eval_episodes)
@@ -101,7 +101,7 @@ def worth_watching(evaluation: Evaluation) -> int:
     return longest.seed
 
 
-def environment_settings(config: TrainingConfig) -> dict[str, object]:
+def environment_settings(config: RunConfig) -> dict[str, object]:
     """Return what an evaluation file says about the environment."""
     return {name: getattr(config, name) for name in ("reward", "weights", "environment", "scenario")}
 

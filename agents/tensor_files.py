@@ -11,7 +11,7 @@ from safetensors.torch import save
 from torch import Tensor
 
 from agents.errors import AgentError
-from reward_model.files import replace_file
+from reward_model.base.files import replace_file
 
 
 def write_tensors(path: Path, layout: str, tensors: dict[str, Tensor], description: dict[str, Any]) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 import tyro
 from rich.console import Console
 
-from agents.config import PPOConfig, TrainingConfig
+from agents.config import PPOConfig, RunConfig
 from agents.errors import AgentError
 from agents.files import read_object
 
@@ -36,35 +36,35 @@ class Options:
     with --resume; its options are then remembered.
     """
 
-    total_timesteps: int = TrainingConfig.total_timesteps
+    total_timesteps: int = RunConfig.total_timesteps
     """Control steps to train for, all environments together."""
-    reward: str = TrainingConfig.reward
+    reward: str = RunConfig.reward
     """Reward to train with: learned, q1, q2, crowdnav, dsrnn, sparse, or a mix such as learned+0.5*crowdnav."""
-    num_envs: int = TrainingConfig.num_envs
+    num_envs: int = RunConfig.num_envs
     """Environments that run side by side."""
-    seed: int = TrainingConfig.seed
+    seed: int = RunConfig.seed
     """Seed of the networks, the exploration and the episodes."""
     output_dir: Path | None = None
     """Folder for everything the run writes; by default the first free runs/ppo-REWARD-NUMBER."""
     resume: Path | None = None
     """Folder of a run to continue from its last checkpoint."""
-    eval_episodes: int = TrainingConfig.eval_episodes
+    eval_episodes: int = RunConfig.eval_episodes
     """Episodes of the evaluation at the end."""
-    action_repeat: int = TrainingConfig.action_repeat
+    action_repeat: int = RunConfig.action_repeat
     """Control steps that an action lasts in training; trained agents act anew in each."""
-    num_workers: int = TrainingConfig.num_workers
+    num_workers: int = RunConfig.num_workers
     """Processes that simulate; 0 simulates in this one."""
-    weights: str = TrainingConfig.weights
+    weights: str = RunConfig.weights
     """Weights of the learned reward: default, published or a path."""
     env_config: Path | None = None
     """JSON file with the environment's configuration, where it differs from the default."""
-    scenario: str | None = TrainingConfig.scenario
+    scenario: str | None = RunConfig.scenario
     """Where episodes begin: a scenario's name or file; without one in rooms drawn at random."""
-    evaluation_interval: int = TrainingConfig.evaluation_interval
+    evaluation_interval: int = RunConfig.evaluation_interval
     """Timesteps between two evaluations during training."""
-    evaluation_episodes: int = TrainingConfig.evaluation_episodes
+    evaluation_episodes: int = RunConfig.evaluation_episodes
     """Episodes of each evaluation during training."""
-    checkpoint_interval: int = TrainingConfig.checkpoint_interval
+    checkpoint_interval: int = RunConfig.checkpoint_interval
     """Timesteps between two checkpoints."""
     ppo: PPOConfig = field(default_factory=PPOConfig)
 
@@ -85,7 +85,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return INTERRUPTED
 
 
-def _prepare(arguments: Sequence[str] | None) -> tuple[TrainingConfig, Path]:
+def _prepare(arguments: Sequence[str] | None) -> tuple[RunConfig, Path]:
     """Return the run's config and folder. Raises `AgentError` on bad input, before anything is written."""
     options = tyro.cli(Options, args=arguments)
     from agents.run import check_environment, new_folder, read_run
@@ -110,15 +110,15 @@ def _prepare(arguments: Sequence[str] | None) -> tuple[TrainingConfig, Path]:
     return config, Path(str(options.resume))
 
 
-def _config(options: Options, environment: dict[str, object]) -> TrainingConfig:
-    return TrainingConfig(
+def _config(options: Options, environment: dict[str, object]) -> RunConfig:
+    return RunConfig(
         environment=environment,
-        **{name: getattr(options, name) for name in TrainingConfig.__dataclass_fields__ if name != "environment"},
+        **{name: getattr(options, name) for name in RunConfig.__dataclass_fields__ if name != "environment"},
     )
 
 
-def _options(config: TrainingConfig) -> Options:
+def _options(config: RunConfig) -> Options:
     return replace(
         Options(),
-        **{name: getattr(config, name) for name in TrainingConfig.__dataclass_fields__ if name != "environment"},
+        **{name: getattr(config, name) for name in RunConfig.__dataclass_fields__ if name != "environment"},
     )

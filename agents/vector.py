@@ -13,7 +13,7 @@ from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
 from socnav_env.env import StepResult
-from socnav_env.vector_env import SocNavVectorEnv
+from socnav_env.vector.env import SocNavVectorEnv
 
 
 class SB3VectorEnv(VecEnv):

@@ -15,7 +15,7 @@ import numpy as np
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
-from socnav_env.workers import WorkerPool
+from socnav_env.vector.worker_pool import WorkerPool
 
 VecEnvMaker = Callable[[int], VecEnv]
 """Returns a vector environment of as many environments as it is told. Can be pickled to another process."""

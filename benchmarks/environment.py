@@ -15,7 +15,7 @@ import pymunk
 from numpy.typing import NDArray
 
 from benchmarks.figures import Figure
-from benchmarks.players import (
+from benchmarks.speed_loops import (
     Seconds,
     make_single,
     make_vector,
@@ -25,16 +25,16 @@ from benchmarks.players import (
     timed,
     timed_items,
 )
-from reward_model.jit import machine_code, njit
-from socnav_env import snapshots as snapshots_module
-from socnav_env import vector_env as vector_module
+from reward_model.base.numba import machine_code, njit
 from socnav_env.config import EnvConfig, PopulationConfig
 from socnav_env.env import SocNavEnv
-from socnav_env.judging import Judging
-from socnav_env.pedestrians import walk
+from socnav_env.people.social_force import walk
+from socnav_env.people.walkers import Habits, Surroundings, Walkers
 from socnav_env.rewards import REWARDS
-from socnav_env.walkers import Habits, Surroundings, Walkers
-from socnav_env.world import World
+from socnav_env.rewards.judging import Judging
+from socnav_env.simulation import snapshots as snapshots_module
+from socnav_env.simulation.world import World
+from socnav_env.vector import env as vector_module
 
 RATES, PARTS, SHARES, FLOOR, RESETS = "Steps", "Step", "Vector step", "Floor", "Reset"
 METHODS: Final = {

@@ -15,7 +15,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from reward_model.files import replace_file
+from reward_model.base.files import replace_file
 
 BEGIN, END = "<!-- figures -->", "<!-- end of figures -->"
 

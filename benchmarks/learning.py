@@ -10,7 +10,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import Logger
 
-from agents.config import PPOConfig, TrainingConfig
+from agents.config import PPOConfig, RunConfig
 from agents.envs import SocNavMaker, make_training_envs
 from agents.ppo import THREADS, build_model
 from benchmarks.figures import Figure
@@ -20,12 +20,12 @@ METHODS: Final = {
     LEARNING: "control steps a second of an update, collecting and learning, with train_agent.py's defaults and the "
     "learned reward; a control step is a step of the environment"
 }
-QUICK = TrainingConfig(num_envs=4, num_workers=0, ppo=PPOConfig(n_steps=8, n_epochs=1))
+QUICK = RunConfig(num_envs=4, num_workers=0, ppo=PPOConfig(n_steps=8, n_epochs=1))
 
 
 def learning_rates(updates: int, quick: bool) -> list[Figure]:
     """Control steps a second of whole updates, and of their two halves alone."""
-    config = QUICK if quick else TrainingConfig()
+    config = QUICK if quick else RunConfig()
     threads = torch.get_num_threads()
     torch.set_num_threads(THREADS)
     envs = make_training_envs(SocNavMaker(config.reward), config.num_envs, config.num_workers, config.action_repeat)

@@ -20,11 +20,11 @@ import tyro
 from numpy.typing import NDArray
 from rich.console import Console
 
-from reward_model.files import replace_file
+from reward_model.base.files import replace_file
 from socnav_env.config import EnvConfig, PopulationConfig
 from socnav_env.observations import LidarObservation
-from socnav_env.population import sample_layout
-from socnav_env.world import World
+from socnav_env.scenes.population import sample_layout
+from socnav_env.simulation.world import World
 
 CROWD = PopulationConfig(still=(4, 4), wandering=(4, 4), tables=(3, 3), plants=(2, 2), interactions=(0, 0))
 AGREEMENT = 1e-5  # m

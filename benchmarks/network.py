@@ -11,8 +11,8 @@ from typing import Any, Final
 import numpy as np
 
 from benchmarks.figures import Figure
-from benchmarks.players import make_vector, threads_of_torch
 from benchmarks.scoring import loaded_on_dgl
+from benchmarks.speed_loops import make_vector, threads_of_torch
 from reward_model.scorer import load_scorer
 
 NETWORK: Final = "Network"

@@ -58,7 +58,7 @@ def main() -> None:
     """Play and print."""
     import numpy as np
 
-    from benchmarks.players import make_vector
+    from benchmarks.speed_loops import make_vector
 
     num_envs, *steps = map(int, sys.argv[1:])
     environments = make_vector(num_envs, reward="learned")

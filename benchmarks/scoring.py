@@ -28,18 +28,18 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from reward_model.checkpoint import Checkpoint, CheckpointError, NetworkConfig
-from reward_model.experiments import RECIPES
-from reward_model.files import replace_file
-from reward_model.flat_networks import tensor_shapes
-from reward_model.graph import FrameGraph, frame_graph, sequence_frames, wall_segments
-from reward_model.packed_frames import Float32Array
+from reward_model.base.arrays import Float32Array
+from reward_model.base.files import replace_file
+from reward_model.fast.from_checkpoint import tensor_shapes
+from reward_model.graph.windows import FrameGraph, frame_graph, sequence_frames, wall_segments
+from reward_model.networks.checkpoint import Checkpoint, CheckpointError, NetworkConfig
 from reward_model.published import SIZES, STATE_FILE
-from reward_model.scenario import Sequence
+from reward_model.scenes.scene import SceneSequence
+from reward_model.scenes.socnav2_json import read_socnav2
 from reward_model.scorer import Form, SocialScorer, load_scorer, weights_path
-from reward_model.socnav2_json import read_socnav2
-from socnav_env.generate import generate_windows
-from socnav_env.simulated_sequences import simulate_sequence
+from reward_model.studies.experiments import RECIPES
+from socnav_env.simulated_data.sequences import simulate_sequence
+from socnav_env.simulated_data.windows import generate_windows
 
 BATCH = 64
 NUM_SIMULATED = 6  # as many as there are genuine ones
@@ -124,7 +124,7 @@ def main() -> None:
         replace_file(options.output, (json.dumps(document, indent=2) + "\n").encode())
 
 
-def recordings(data: Path, console: Console) -> list[Sequence]:
+def recordings(data: Path, console: Console) -> list[SceneSequence]:
     """The genuine recordings, or simulated ones where the default folder is not there."""
     sequences = [read_socnav2(file) for file in sorted((data / "socnav2_samples").glob("S*.json"))]
     if not sequences and data != DATA:
@@ -135,18 +135,20 @@ def recordings(data: Path, console: Console) -> list[Sequence]:
     return sequences
 
 
-def genuine_windows(sequences: list[Sequence]) -> Windows:
+def genuine_windows(sequences: list[SceneSequence]) -> Windows:
     """As many windows as a batch has: the last second of each recording, then of each without its newest snapshots."""
     windows: Windows = []
     left_out = 0
     while len(windows) < BATCH:
         for sequence in sequences:
-            windows.append(sequence_frames(Sequence(sequence.snapshots[: len(sequence) - left_out], sequence.name)))
+            windows.append(
+                sequence_frames(SceneSequence(sequence.snapshots[: len(sequence) - left_out], sequence.name))
+            )
         left_out += 1
     return windows[:BATCH]
 
 
-def graph_making(sequences: list[Sequence]) -> Row:
+def graph_making(sequences: list[SceneSequence]) -> Row:
     """A window's newest frame is made, its older ones are there already."""
     newest = [sequence.last for sequence in sequences]
     segments = [wall_segments(snapshot.walls) for snapshot in newest]
@@ -204,10 +206,10 @@ def loaded_on_dgl(load: Load) -> Score | None:
         return None
 
 
-def every_window(sequences: list[Sequence]) -> Windows:
+def every_window(sequences: list[SceneSequence]) -> Windows:
     """What each recording is judged by at each of its snapshots, as if it ended there."""
     return [
-        sequence_frames(Sequence(sequence.snapshots[:length], sequence.name))
+        sequence_frames(SceneSequence(sequence.snapshots[:length], sequence.name))
         for sequence in sequences
         for length in range(1, len(sequence) + 1)
     ]

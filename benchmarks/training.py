@@ -24,15 +24,15 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from reward_model.cache import load_examples, store_examples
-from reward_model.checkpoint import NetworkConfig
-from reward_model.examples import Examples
-from reward_model.files import replace_file
-from reward_model.graph import NUM_NODE_FEATURES, FrameGraph
-from reward_model.networks import network_on_dgl, trainable_network
+from reward_model.base.files import replace_file
+from reward_model.data.cache import load_examples, store_examples
+from reward_model.data.examples import Examples
+from reward_model.data.labelled_windows import LabelledWindows
+from reward_model.graph.windows import NUM_NODE_FEATURES, FrameGraph
+from reward_model.networks.checkpoint import NetworkConfig
+from reward_model.networks.registry import network_on_dgl, trainable_network
 from reward_model.scorer import load_scorer
-from reward_model.training import LabelledWindows
-from socnav_env.generate import generate_windows
+from socnav_env.simulated_data.windows import generate_windows
 
 SIZES = (NUM_NODE_FEATURES, 40, 30, 20, 2)
 EDGE_NETWORKS = ("tabulated", "perceptron")

@@ -5,8 +5,8 @@ import numpy as np
 
 import socnav_env  # noqa: F401 registers SocNav2-v0
 from socnav_env.config import EnvConfig
-from socnav_env.frames import points_in_frame
-from socnav_env.world import World
+from socnav_env.geometry.frames import points_in_frame
+from socnav_env.simulation.world import World
 
 
 class GoalAndNearest:

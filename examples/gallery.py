@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import socnav_env  # noqa: F401 registers SocNav2-v0
-from socnav_env.drivers import DRIVERS
 from socnav_env.env import SocNavEnv, action_of
 from socnav_env.rendering.style import BACKGROUND, PANEL_HEIGHT
 from socnav_env.scenarios import load_scenario, names
+from socnav_env.simulated_data.drivers import DRIVERS
 
 DOCS = Path(__file__).parents[1] / "docs"
 IMAGES = DOCS / "images" / "gallery"

@@ -5,31 +5,34 @@ Everything is imported when it is first asked for: reading scenes does not load 
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
+
+from reward_model.base.lazy import lazy_attributes
 
 if TYPE_CHECKING:
-    from reward_model.scenario import LabelledSequence, ScenarioError, Scores, Sequence, Snapshot
+    from reward_model.scenes.scene import LabelledSequence, ScenarioError, SceneSequence, Scores, Sequence, Snapshot
+    from reward_model.scenes.socnav1 import read_socnav1
+    from reward_model.scenes.socnav2_json import read_socnav2, write_socnav2
     from reward_model.scorer import SocialScorer, load_scorer
-    from reward_model.socnav1 import read_socnav1
-    from reward_model.socnav2_json import read_socnav2, write_socnav2
 
 _HOMES: Final = {
-    "LabelledSequence": "scenario",
-    "ScenarioError": "scenario",
-    "Scores": "scenario",
-    "Sequence": "scenario",
-    "Snapshot": "scenario",
+    "LabelledSequence": "scenes.scene",
+    "ScenarioError": "scenes.scene",
+    "Scores": "scenes.scene",
+    "SceneSequence": "scenes.scene",
+    "Sequence": "scenes.scene",
+    "Snapshot": "scenes.scene",
     "SocialScorer": "scorer",
     "load_scorer": "scorer",
-    "read_socnav1": "socnav1",
-    "read_socnav2": "socnav2_json",
-    "write_socnav2": "socnav2_json",
+    "read_socnav1": "scenes.socnav1",
+    "read_socnav2": "scenes.socnav2_json",
+    "write_socnav2": "scenes.socnav2_json",
 }
 
 __all__ = [
     "LabelledSequence",
     "ScenarioError",
+    "SceneSequence",
     "Scores",
     "Sequence",
     "Snapshot",
@@ -40,8 +43,4 @@ __all__ = [
     "write_socnav2",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(importlib.import_module(f"{__name__}.{_HOMES[name]}"), name)
+__getattr__ = lazy_attributes(__name__, _HOMES)

@@ -2,7 +2,7 @@
 
 import sys
 
-from reward_model.cli import main
+from reward_model.commands.main import main
 
 if __name__ == "__main__":
     sys.exit(main())

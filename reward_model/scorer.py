@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence as Items
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Final, Literal, Protocol
 
@@ -11,18 +11,18 @@ import numpy as np
 import platformdirs
 import torch
 
-from reward_model.checkpoint import Checkpoint, CheckpointError, NetworkConfig, load_checkpoint
-from reward_model.compiled import EdgelessMPNN, propagate
-from reward_model.flat_layers import flat_layers
-from reward_model.flat_networks import FLAT_KINDS, flat_network, tensor_shapes
-from reward_model.fused import FusedNetwork
-from reward_model.graph import FrameGraph, sequence_frames
-from reward_model.networks import network_on_dgl, torch_device
-from reward_model.operators_file import OPERATORS_FILE, kept_operators
-from reward_model.packed_frames import Float32Array
-from reward_model.scenario import Scores, Sequence
-from reward_model.scoring import Scoring, ScoringTogether, check_window
-from reward_model.windows import pack_windows
+from reward_model.base.arrays import Float32Array
+from reward_model.fast.engine import FusedNetwork
+from reward_model.fast.from_checkpoint import FLAT_KINDS, flat_network, tensor_shapes
+from reward_model.fast.relational_weights import flat_layers
+from reward_model.fast.scoring import Scoring, ScoringTogether, check_window
+from reward_model.graph.windows import FrameGraph, sequence_frames
+from reward_model.networks.checkpoint import Checkpoint, CheckpointError, NetworkConfig, load_checkpoint
+from reward_model.networks.factorised_mpnn import EdgelessMPNN, propagate
+from reward_model.networks.operator_cache import OPERATORS_FILE, kept_operators
+from reward_model.networks.padded_windows import pack_windows
+from reward_model.networks.registry import network_on_dgl, torch_device
+from reward_model.scenes.scene import SceneSequence, Scores
 
 Form = Literal["auto", "compiled", "dgl"]
 FORMS: Final[tuple[Form, ...]] = ("auto", "compiled", "dgl")
@@ -30,7 +30,7 @@ _LARGEST_BATCH: Final = 256  # windows at once, so that memory stays small for a
 
 
 class _Network(Protocol):
-    def __call__(self, windows: Items[Items[FrameGraph]]) -> Float32Array:
+    def __call__(self, windows: Sequence[Sequence[FrameGraph]]) -> Float32Array:
         """(num_windows, 2) scores."""
         ...
 
@@ -64,16 +64,16 @@ class SocialScorer:
         self.name = name
         self._network = _network(checkpoint, form, torch_device(device), operators_file)
 
-    def score(self, sequence: Sequence) -> Scores:
+    def score(self, sequence: SceneSequence) -> Scores:
         """Score the last second of one sequence."""
         q1, q2 = self.score_batch([sequence])[0].tolist()
         return Scores(q1, q2)
 
-    def score_batch(self, sequences: Items[Sequence]) -> Float32Array:
+    def score_batch(self, sequences: Sequence[SceneSequence]) -> Float32Array:
         """(num_sequences, 2) Q1 and Q2 of each sequence's last second. Raises `ScenarioError` as `frame_graph` does."""
         return self.score_windows([sequence_frames(sequence) for sequence in sequences])
 
-    def score_windows(self, windows: Items[Items[FrameGraph]]) -> Float32Array:
+    def score_windows(self, windows: Sequence[Sequence[FrameGraph]]) -> Float32Array:
         """(num_windows, 2) Q1 and Q2 of windows of one to three frames, newest first, made by `frame_graph`.
 
         Raises `ValueError` for a window of another number of frames.
@@ -123,7 +123,7 @@ class _CompiledMPNN:
     def begin(self, num_windows: int) -> Scoring:
         return ScoringTogether(self) if self._fused is None else self._fused.begin(num_windows)
 
-    def __call__(self, windows: Items[Items[FrameGraph]]) -> Float32Array:
+    def __call__(self, windows: Sequence[Sequence[FrameGraph]]) -> Float32Array:
         if self._fused is not None:
             return self._fused(windows)
         with torch.inference_mode():
@@ -147,7 +147,7 @@ class _OnDGL:
     def begin(self, num_windows: int) -> Scoring:
         return ScoringTogether(self)
 
-    def __call__(self, windows: Items[Items[FrameGraph]]) -> Float32Array:
+    def __call__(self, windows: Sequence[Sequence[FrameGraph]]) -> Float32Array:
         with torch.inference_mode():
             answers = [torch.relu(self._network.answers([window], self._device)) for window in windows]
         scores: Float32Array = torch.cat(answers).cpu().numpy()

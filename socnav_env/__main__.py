@@ -2,7 +2,7 @@
 
 import sys
 
-from socnav_env.cli import main
+from socnav_env.commands.main import main
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -11,25 +11,25 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from reward_model.scenario import Scores
-from socnav_env.actions import action_of as action_of
-from socnav_env.actions import action_space, command_of
+from reward_model.base.arrays import FloatArray
+from reward_model.scenes.scene import Scores
 from socnav_env.config import EnvConfig
 from socnav_env.episode import Episode, begin_episode
-from socnav_env.judging import judge
-from socnav_env.layout import FloatArray
 from socnav_env.metrics import episode_metrics
 from socnav_env.observations import AnyObservation, Observation, WindowObservation, make_observation
-from socnav_env.outcomes import Outcome
 from socnav_env.rewards import Moment, Reward, make_reward, weighted_terms
+from socnav_env.rewards.judging import judge
 from socnav_env.scenarios import Scenario, load_scenario
+from socnav_env.simulation.actions import action_of as action_of
+from socnav_env.simulation.actions import action_space, command_of
+from socnav_env.trajectories.outcomes import Outcome
 
 if TYPE_CHECKING:
-    from reward_model.graph import FrameGraph
+    from reward_model.graph.windows import FrameGraph
     from socnav_env.rendering import Controls, Renderer
-    from socnav_env.trajectory import Trajectory
-    from socnav_env.views import HeatOverlay, SceneView
-    from socnav_env.world import World
+    from socnav_env.rendering.view import HeatOverlay, SceneView
+    from socnav_env.simulation.world import World
+    from socnav_env.trajectories.trajectory import Trajectory
 
 SHOWN_PER_SECOND = 60  # pictures in the window, the time between two steps being filled evenly
 
@@ -232,7 +232,7 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
         scorer, sequence = self.reward.scorer, self._scene().recent_sequence()
         if scorer is None or sequence is None:
             raise ValueError("a heatmap needs a learned reward, this one has no scorer")
-        from socnav_env.overlays import heat_of
+        from socnav_env.rendering.heat_overlay import heat_of
 
         return heat_of(scorer, sequence, self.world.layout.room)
 

@@ -6,18 +6,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reward_model.graph import FrameGraph
-from reward_model.scenario import Scores, Sequence
+from reward_model.base.arrays import FloatArray
+from reward_model.graph.windows import FrameGraph
+from reward_model.scenes.scene import SceneSequence, Scores
 from socnav_env.config import ConfigError, EnvConfig
-from socnav_env.layout import FloatArray
-from socnav_env.outcomes import Outcome, decide_outcome
-from socnav_env.playback import view_at, view_of
-from socnav_env.population import sample_layout
+from socnav_env.rendering.playback import view_at, view_of
+from socnav_env.rendering.view import SceneView
 from socnav_env.rewards import Moment
-from socnav_env.snapshots import Recorder
-from socnav_env.trajectory import Trajectory, TrajectoryRecorder
-from socnav_env.views import SceneView
-from socnav_env.world import World
+from socnav_env.scenes.population import sample_layout
+from socnav_env.simulation.snapshots import Recorder
+from socnav_env.simulation.world import World
+from socnav_env.trajectories.outcomes import Outcome, decide_outcome
+from socnav_env.trajectories.trajectory import Trajectory, TrajectoryRecorder
 
 if TYPE_CHECKING:
     from socnav_env.scenarios import Scenario
@@ -85,9 +85,9 @@ class Episode:
         times = (self.steps - np.arange(count - 1, -1, -1) / count) * period
         return [view_at(trajectory, float(time), self._config) for time in times]
 
-    def recent_sequence(self) -> Sequence | None:
+    def recent_sequence(self) -> SceneSequence | None:
         """The last two seconds as the reward model reads scenes; None in an episode that is not judged."""
-        return None if self._recorder is None else Sequence(self._recorder.snapshots, name="episode")
+        return None if self._recorder is None else SceneSequence(self._recorder.snapshots, name="episode")
 
     def _advance_world(self, command: FloatArray) -> None:
         self.world.advance(command)

@@ -10,11 +10,8 @@ from enum import IntEnum
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
+from reward_model.base.arrays import BoolArray, FloatArray, IntArray
 
 
 class ObjectKind(IntEnum):

@@ -20,7 +20,7 @@ def shared_data() -> Path:
 @pytest.fixture(scope="session")
 def published_weights(tmp_path_factory: pytest.TempPathFactory):
     """Make load_scorer("published") work, from the user's cache or by fetching the weights for this run."""
-    from reward_model.checkpoint import CheckpointError
+    from reward_model.networks.checkpoint import CheckpointError
     from reward_model.published import REQUIREMENT, PublishedWeightsError, import_published
     from reward_model.scorer import weights_path
 

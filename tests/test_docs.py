@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from socnav_env.config import EnvConfig
-from socnav_env.config_reference import entries
+from socnav_env.config.reference import entries
 from socnav_env.env import SocNavEnv
 from socnav_env.observations import OBSERVATIONS, FlatObservation, GraphObservation
 from socnav_env.rewards import REWARDS

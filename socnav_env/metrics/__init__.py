@@ -11,17 +11,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from socnav_env.metrics.disturbance import person_delay, person_detour
-from socnav_env.metrics.ends import (
-    collision_object,
-    collision_person,
-    collision_wall,
-    path_length,
-    spl,
-    stl,
-    success,
-    time_to_goal,
-    timeout,
-)
 from socnav_env.metrics.interactions import group_intrusion, interaction_crossings, interaction_time
 from socnav_env.metrics.learned import (
     q1_mean,
@@ -43,6 +32,17 @@ from socnav_env.metrics.motion import (
     path_irregularity,
     time_not_moving,
 )
+from socnav_env.metrics.outcomes import (
+    collision_object,
+    collision_person,
+    collision_wall,
+    path_length,
+    spl,
+    stl,
+    success,
+    time_to_goal,
+    timeout,
+)
 from socnav_env.metrics.people import (
     discomfort_distance,
     discomfort_rate,
@@ -55,7 +55,7 @@ from socnav_env.metrics.people import (
     personal_zone,
     social_zone,
 )
-from socnav_env.trajectory import Trajectory
+from socnav_env.trajectories.trajectory import Trajectory
 
 METRICS: dict[str, Callable[[Trajectory], float]] = {
     metric.__name__: metric

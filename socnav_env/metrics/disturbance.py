@@ -12,15 +12,15 @@ from itertools import pairwise
 
 import numpy as np
 
-from socnav_env.layout import FloatArray
-from socnav_env.metrics.values import mean
-from socnav_env.trajectory import Trajectory
+from reward_model.base.arrays import FloatArray
+from socnav_env.metrics.statistics import mean
+from socnav_env.trajectories.trajectory import Trajectory
 
 
 def person_detour(trajectory: Trajectory, without_robot: Trajectory | None = None) -> float:
     """[m] by which the path of a person who walks got longer than without the robot, on average (Francis et al.).
 
-    without_robot: the same episode without the robot, see `socnav_env.recording.rerun_without_robot`; NaN where
+    without_robot: the same episode without the robot, see `socnav_env.recording.files.rerun_without_robot`; NaN where
         there is none, or nobody who walks
     """
     return _mean_difference(trajectory, without_robot, 1)

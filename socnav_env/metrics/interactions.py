@@ -6,10 +6,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from socnav_env.interactions import interactions_at, linked_groups
-from socnav_env.layout import FloatArray
-from socnav_env.metrics.values import share_of_time
-from socnav_env.trajectory import Trajectory
+from reward_model.base.arrays import FloatArray
+from socnav_env.metrics.statistics import share_of_time
+from socnav_env.people.interactions import interactions_at, linked_groups
+from socnav_env.trajectories.trajectory import Trajectory
 
 NEAR_INTERACTION = 0.4  # m, between the robot's surface and the line
 

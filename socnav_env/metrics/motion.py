@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from socnav_env.layout import FloatArray
-from socnav_env.metrics.values import extreme, mean
-from socnav_env.trajectory import Trajectory
+from reward_model.base.arrays import FloatArray
+from socnav_env.metrics.statistics import extreme, mean
+from socnav_env.trajectories.trajectory import Trajectory
 
 STILL_SPEED = 0.01  # m/s; HuNavSim
 STILL_TURN_RATE = 0.02  # rad/s; HuNavSim

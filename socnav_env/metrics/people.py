@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from socnav_env.layout import BoolArray
-from socnav_env.metrics.values import finite, mean, share_of_time
-from socnav_env.trajectory import Trajectory
+from reward_model.base.arrays import BoolArray
+from socnav_env.metrics.statistics import finite, mean, share_of_time
+from socnav_env.trajectories.trajectory import Trajectory
 
 INTIMATE_DISTANCE = 0.45  # m, centre; Hall 1966
 PERSONAL_DISTANCE = 1.2  # m, centre; Hall 1966

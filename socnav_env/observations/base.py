@@ -9,16 +9,15 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 from gymnasium import spaces
-from numpy.typing import NDArray
 
-from reward_model.jit import njit
+from reward_model.base.arrays import Float32Array
+from reward_model.base.numba import njit
 
 if TYPE_CHECKING:
-    from reward_model.graph import FrameGraph
+    from reward_model.graph.windows import FrameGraph
     from socnav_env.config import EnvConfig, RoomConfig
-    from socnav_env.world import World
+    from socnav_env.simulation.world import World
 
-Float32Array = NDArray[np.float32]
 Bounds = list[tuple[float, float]]  # least and most of each number
 
 MAX_SPEED = 5.0  # m/s, bound of the box; nobody in a room is faster

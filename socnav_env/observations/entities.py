@@ -7,13 +7,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 from gymnasium import spaces
 
-from socnav_env.observations.base import MOTION, ROBOT, SHARE, Bounds, Float32Array, Parts, longest_sight, place_bounds
+from reward_model.base.arrays import Float32Array
+from socnav_env.observations.base import (
+    MOTION,
+    ROBOT,
+    SHARE,
+    Bounds,
+    Parts,
+    longest_sight,
+    place_bounds,
+)
 from socnav_env.observations.kernels import write_entities
-from socnav_env.sensors import look
+from socnav_env.observations.sensors import look
 
 if TYPE_CHECKING:
     from socnav_env.config import EnvConfig
-    from socnav_env.world import World
+    from socnav_env.simulation.world import World
 
 ENTITY_WIDTHS = {"people": 8, "objects": 6, "walls": 4, "interactions": 4}  # numbers in an entity's row
 

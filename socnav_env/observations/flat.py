@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from gymnasium import spaces
 
-from socnav_env.observations.base import Float32Array
+from reward_model.base.arrays import Float32Array
 from socnav_env.observations.entities import entity_parts
 from socnav_env.observations.kernels import write_nearest
-from socnav_env.sensors import look
+from socnav_env.observations.sensors import look
 
 if TYPE_CHECKING:
     from socnav_env.config import EnvConfig
-    from socnav_env.world import World
+    from socnav_env.simulation.world import World
 
 
 class FlatObservation:

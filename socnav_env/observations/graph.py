@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from gymnasium import spaces
 
-from reward_model.graph import (
+from reward_model.base.arrays import BoolArray, Float32Array, IntArray
+from reward_model.graph.windows import (
     NUM_FRAMES,
     NUM_NODE_FEATURES,
     NUM_RELATIONS,
@@ -18,13 +19,12 @@ from reward_model.graph import (
     scene_graph,
     wall_segments,
 )
-from socnav_env.layout import BoolArray, IntArray
-from socnav_env.observations.base import ROBOT, SHARE, Float32Array, Parts
+from socnav_env.observations.base import ROBOT, SHARE, Parts
 from socnav_env.observations.kernels import write_robot
 
 if TYPE_CHECKING:
     from socnav_env.config import EnvConfig, RoomConfig
-    from socnav_env.world import World
+    from socnav_env.simulation.world import World
 
 WALL_LINKS: Final = 10  # wall segments that are near a person, more than there are in any room
 BOUND: Final = 100.0  # no feature and no length comes near it

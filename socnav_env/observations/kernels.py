@@ -6,11 +6,10 @@ import math
 
 import numpy as np
 
-from reward_model.jit import njit
-from socnav_env.frames import closed_lines, lines_between, poses_in_frame, turned_velocities
-from socnav_env.geometry import wall_distances
-from socnav_env.layout import FloatArray, IntArray
-from socnav_env.observations.base import Float32Array
+from reward_model.base.arrays import Float32Array, FloatArray, IntArray
+from reward_model.base.numba import njit
+from socnav_env.geometry.distances import wall_distances
+from socnav_env.geometry.frames import closed_lines, lines_between, poses_in_frame, turned_velocities
 
 
 @njit

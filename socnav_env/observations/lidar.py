@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from gymnasium import spaces
 
-from socnav_env.observations.base import ROBOT, Float32Array, Parts, place_bounds
+from reward_model.base.arrays import Float32Array
+from socnav_env.geometry.rays import ray_distances
+from socnav_env.observations.base import ROBOT, Parts, place_bounds
 from socnav_env.observations.kernels import write_points, write_robot
-from socnav_env.rays import ray_distances
 
 if TYPE_CHECKING:
     from socnav_env.config import EnvConfig
-    from socnav_env.world import World
+    from socnav_env.simulation.world import World
 
 
 class LidarObservation:

@@ -8,7 +8,8 @@ import numpy as np
 import pygame
 from numpy.typing import NDArray
 
-from socnav_env.layout import FloatArray, ObjectKind
+from reward_model.base.arrays import FloatArray
+from socnav_env.layout import ObjectKind
 from socnav_env.rendering.style import (
     FLOOR,
     GOAL,
@@ -37,7 +38,7 @@ from socnav_env.rendering.style import (
     WALL,
     Color,
 )
-from socnav_env.views import HeatOverlay, SceneView
+from socnav_env.rendering.view import HeatOverlay, SceneView
 
 
 class Painter:

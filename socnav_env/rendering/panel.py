@@ -18,7 +18,7 @@ from socnav_env.rendering.style import (
     SUPERSAMPLING,
     Color,
 )
-from socnav_env.views import SceneView
+from socnav_env.rendering.view import SceneView
 
 
 def draw_panel(surface: pygame.Surface, view: SceneView) -> None:

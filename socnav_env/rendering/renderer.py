@@ -17,7 +17,7 @@ from socnav_env.rendering.style import (
     SUPERSAMPLING,
     WALKING,
 )
-from socnav_env.views import SceneView
+from socnav_env.rendering.view import SceneView
 
 
 class Renderer:

@@ -10,14 +10,14 @@ from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from typing import TYPE_CHECKING
 
-from socnav_env.checks import check_number
+from socnav_env.config.checks import check_number
 from socnav_env.rewards.base import EagerScorer, Moment, Reward, Scorer, weighted_terms
 from socnav_env.rewards.handcrafted import CrowdNavReward, DSRNNReward, SparseReward
 from socnav_env.rewards.learned import LearnedReward, RawScoreReward
 from socnav_env.rewards.mixed import MixedReward
 
 if TYPE_CHECKING:
-    from socnav_env.reward_config import RewardConfig
+    from socnav_env.config.rewards import RewardConfig
 
 __all__ = [
     "REWARDS",

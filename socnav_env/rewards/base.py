@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from socnav_env.outcomes import Outcome
+from socnav_env.trajectories.outcomes import Outcome
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from reward_model.graph import FrameGraph
-    from reward_model.scenario import Scores
-    from reward_model.scoring import Scoring
-    from socnav_env.world import World
+    from reward_model.fast.scoring import Scoring
+    from reward_model.graph.windows import FrameGraph
+    from reward_model.scenes.scene import Scores
+    from socnav_env.simulation.world import World
 
 
 @dataclass(frozen=True, slots=True)

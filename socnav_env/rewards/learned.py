@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from socnav_env.rewards.base import Moment, Scorer, terminal_terms
 
 if TYPE_CHECKING:
-    from reward_model.scenario import Scores
+    from reward_model.scenes.scene import Scores
 
 
 class LearnedReward:

@@ -12,8 +12,8 @@ from typing import Final, Protocol, runtime_checkable
 
 import numpy as np
 
-from socnav_env.checks import ConfigError
 from socnav_env.config import EnvConfig
+from socnav_env.config.checks import ConfigError
 from socnav_env.layout import Layout
 
 YAML_FILES: Final = (".yaml", ".yml")
@@ -65,7 +65,7 @@ def load_scenario(scenario: str | os.PathLike[str] | Scenario) -> Scenario:
 
 def _load_file(path: Path) -> Scenario:
     if path.suffix.lower() in YAML_FILES:
-        from reward_model.json_fields import read_text_file
+        from reward_model.scenes.json_fields import read_text_file
         from socnav_env.scenarios.written import WrittenScenario
 
         return WrittenScenario.from_text(read_text_file(path), path.stem, str(path))

@@ -11,7 +11,7 @@ from typing import Any, Final, TypeVar
 import numpy as np
 import yaml
 
-from socnav_env.checks import ConfigError
+from socnav_env.config.checks import ConfigError
 
 Item = TypeVar("Item")
 

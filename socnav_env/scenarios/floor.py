@@ -7,8 +7,9 @@ from typing import Final
 
 import numpy as np
 
-from socnav_env.geometry import box_distance, boxes_of, inside, is_free, line_is_free, wall_distances
-from socnav_env.layout import BoolArray, FloatArray, Room
+from reward_model.base.arrays import BoolArray, FloatArray
+from socnav_env.geometry.distances import box_distance, boxes_of, inside, is_free, line_is_free, wall_distances
+from socnav_env.layout import Room
 
 TOUCHING: Final = 0.01  # m by which bodies that are side by side may overlap
 OUTLINE_STEP: Final = 0.1  # m between the points at which a box's outline is examined

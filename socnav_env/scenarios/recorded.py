@@ -9,18 +9,19 @@ from typing import Final, Self
 
 import numpy as np
 
-from reward_model.poses import aligned
-from reward_model.scenario import Sequence
-from reward_model.socnav2_json import read_socnav2
-from socnav_env.checks import ConfigError
+from reward_model.base.arrays import BoolArray, FloatArray, IntArray
+from reward_model.scenes.poses import aligned
+from reward_model.scenes.scene import SceneSequence
+from reward_model.scenes.socnav2_json import read_socnav2
 from socnav_env.config import AT_LAPTOP, AT_PLANT, WALKING_TOGETHER, EnvConfig
-from socnav_env.geometry import boxes_of
-from socnav_env.layout import BoolArray, Ending, FloatArray, IntArray, Layout, ObjectKind, Script
-from socnav_env.rooms import is_reachable
+from socnav_env.config.checks import ConfigError
+from socnav_env.geometry.distances import boxes_of
+from socnav_env.layout import Ending, Layout, ObjectKind, Script
 from socnav_env.scenarios.floor import Floor, UnfitError
 from socnav_env.scenarios.scripts import Walk, orders_of
-from socnav_env.sequences import trajectory_of_sequence
-from socnav_env.trajectory import Trajectory
+from socnav_env.scenes.rooms import is_reachable
+from socnav_env.trajectories.from_socnav2 import trajectory_of_sequence
+from socnav_env.trajectories.trajectory import Trajectory
 
 UNDER_WAY: Final = 0.1  # m/s from which somebody counts as walking
 JUST_NOW: Final = 0.5  # s at the end of a recording over which somebody's velocity is taken
@@ -104,7 +105,7 @@ class RecordedScenario:
             raise ConfigError(f"{self.file}: goal must be within the robot's reach, past all that stands")
 
 
-def _with_robot_poses(sequence: Sequence, file: str) -> Sequence:
+def _with_robot_poses(sequence: SceneSequence, file: str) -> SceneSequence:
     """The same scene with the robot's pose in every snapshot, told by the walls where the recording does not."""
     last = sequence.last
     if all(snapshot.robot_pose is not None for snapshot in sequence):
@@ -112,7 +113,7 @@ def _with_robot_poses(sequence: Sequence, file: str) -> Sequence:
     if any(len(snapshot.walls) != len(last.walls) or not len(last.walls) for snapshot in sequence):
         raise ConfigError(f"{file}: robot_pose is missing, and the walls do not tell it: they change or there are none")
     poses = [aligned(snapshot.walls.reshape(-1, 2), last.walls.reshape(-1, 2)) for snapshot in sequence]
-    return Sequence(
+    return SceneSequence(
         tuple(replace(each, robot_pose=pose) for each, pose in zip(sequence, poses, strict=True)), sequence.name
     )
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any, Final
 
-from socnav_env.checks import ConfigError
 from socnav_env.config import RELATIONS
+from socnav_env.config.checks import ConfigError
 from socnav_env.layout import Ending, ObjectKind
 from socnav_env.scenarios.entries import (
     GOAL,

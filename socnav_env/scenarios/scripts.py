@@ -8,8 +8,9 @@ from typing import Any, Final
 
 import numpy as np
 
+from reward_model.base.arrays import FloatArray
 from socnav_env.config import EnvConfig
-from socnav_env.layout import Ending, FloatArray, Script
+from socnav_env.layout import Ending, Script
 from socnav_env.scenarios.floor import Floor
 
 STANDING_BACK: Final = 0.01  # m of way behind somebody that counts as none

@@ -8,11 +8,11 @@ from typing import Any, Self
 
 import numpy as np
 
-from socnav_env.checks import ConfigError
 from socnav_env.config import EnvConfig
+from socnav_env.config.checks import ConfigError
 from socnav_env.layout import Layout
-from socnav_env.scenarios.drawing import draw_layout
 from socnav_env.scenarios.entries import SceneFile
+from socnav_env.scenarios.layouts import draw_layout
 from socnav_env.scenarios.schema import parse_scene
 
 

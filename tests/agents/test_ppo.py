@@ -16,7 +16,7 @@ import torch
 from rich.console import Console
 
 from agents.checkpoint import load_checkpoint
-from agents.config import PPOConfig, TrainingConfig
+from agents.config import PPOConfig, RunConfig
 from agents.envs import make_training_envs
 from agents.errors import AgentError
 from agents.evaluation import evaluate, evaluation_seeds
@@ -25,7 +25,7 @@ from agents.ppo import build_model, run_seed, train
 from tests.agents.disc import DiscEnv
 
 ROOT = Path(__file__).parents[2]
-SMALL = TrainingConfig(
+SMALL = RunConfig(
     total_timesteps=512,
     num_envs=4,
     num_workers=0,

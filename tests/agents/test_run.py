@@ -12,7 +12,7 @@ import pytest
 from rich.console import Console
 
 from agents.__main__ import main as agents_main
-from agents.config import TrainingConfig
+from agents.config import RunConfig
 from agents.errors import AgentError
 from agents.run import new_folder, read_run, run
 from agents.training_command import main as train_main
@@ -48,9 +48,9 @@ def test_a_run_leaves_everything_it_promises(tmp_path: Path) -> None:
 
 def test_configs_survive_json() -> None:
     config = replace(SMALL, environment={"time_limit": 30.0})
-    assert TrainingConfig.from_dict(json.loads(json.dumps(config.to_dict())), "here") == config
+    assert RunConfig.from_dict(json.loads(json.dumps(config.to_dict())), "here") == config
     with pytest.raises(AgentError, match="here: ppo: unknown key gama; valid are batch_size"):
-        TrainingConfig.from_dict({"ppo": {"gama": 0.9}}, "here")
+        RunConfig.from_dict({"ppo": {"gama": 0.9}}, "here")
 
 
 @pytest.mark.parametrize(

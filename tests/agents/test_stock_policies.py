@@ -11,7 +11,7 @@ from agents.vector import SB3VectorEnv
 from socnav_env.config import EnvConfig, RobotConfig
 from socnav_env.env import SocNavEnv
 from socnav_env.observations import OBSERVATIONS
-from socnav_env.vector_env import SocNavVectorEnv
+from socnav_env.vector.env import SocNavVectorEnv
 from socnav_env.wrappers import DiscreteActions
 
 SHORT = EnvConfig(time_limit=2.0, robot=RobotConfig(drive="holonomic"))  # episodes end within the few steps

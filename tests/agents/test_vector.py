@@ -10,7 +10,7 @@ from agents.envs import MONITORED, RepeatedAction
 from agents.vector import SB3VectorEnv
 from socnav_env.config import EnvConfig
 from socnav_env.env import SocNavEnv
-from socnav_env.vector_env import SocNavVectorEnv
+from socnav_env.vector.env import SocNavVectorEnv
 
 NUM_ENVS = 3
 CONFIG = EnvConfig.from_dict({"time_limit": 2.0, "robot": {"max_forward_speed": 4.0}})  # 10 steps, some touch something

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from reward_model.graph import FrameGraph, sequence_frames
-from reward_model.scenario import Interactions, Objects, People, Sequence, Snapshot
+from reward_model.graph.windows import FrameGraph, sequence_frames
+from reward_model.scenes.scene import Interactions, Objects, People, SceneSequence, Snapshot
 
 
 def random_snapshot(
@@ -43,7 +43,7 @@ def random_sequence(
     num_people: int = 3,
     num_objects: int = 2,
     come_and_go: bool = False,
-) -> Sequence:
+) -> SceneSequence:
     """Snapshots 1 s apart, so that each is a frame of the window. Who comes and goes is left out of one of them."""
     half_length, half_width = rng.uniform(2, 5, 2)
     x, y = half_length * np.array([-1, 1, 1, -1]), half_width * np.array([-1, -1, 1, 1])
@@ -55,7 +55,7 @@ def random_sequence(
             del people[index % num_people]
         objects = list(range(101, 101 + num_objects))
         snapshots.append(random_snapshot(rng, float(index), people, objects, walls))
-    return Sequence(tuple(snapshots))
+    return SceneSequence(tuple(snapshots))
 
 
 def random_windows(seed: int, count: int = 6) -> list[list[FrameGraph]]:

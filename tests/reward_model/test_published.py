@@ -9,11 +9,11 @@ import pytest
 import torch
 
 from reward_model import load_scorer, read_socnav2
-from reward_model.checkpoint import load_checkpoint
-from reward_model.graph import scene_graph, sequence_frames
+from reward_model.graph.windows import scene_graph, sequence_frames
+from reward_model.networks.checkpoint import load_checkpoint
 from reward_model.published import STATE_FILE, PublishedWeightsError, import_published
-from reward_model.scenario import Sequence
-from socnav_env.generate import generate_windows
+from reward_model.scenes.scene import SceneSequence
+from socnav_env.simulated_data.windows import generate_windows
 
 REFERENCES = [
     name + ending
@@ -37,7 +37,7 @@ def references(shared_data):
     return json.loads((shared_data / "socnav2_samples" / "reference.json").read_text())
 
 
-def sample(shared_data, name) -> Sequence:
+def sample(shared_data, name) -> SceneSequence:
     sequence = read_socnav2(shared_data / "socnav2_samples" / f"{name.removesuffix('[:-3]')}.json")
     return replace(sequence, snapshots=sequence.snapshots[:-3]) if name.endswith("[:-3]") else sequence
 

@@ -4,14 +4,20 @@ import numpy as np
 import pytest
 import torch
 
-from reward_model.checkpoint import Checkpoint, CheckpointError, NetworkConfig, load_checkpoint, save_checkpoint
-from reward_model.dataset import mirrored
-from reward_model.graph import sequence_frames
-from reward_model.scenario import Scores, Sequence
+from reward_model.data.augmentation import mirrored
+from reward_model.graph.windows import sequence_frames
+from reward_model.networks.checkpoint import (
+    Checkpoint,
+    CheckpointError,
+    NetworkConfig,
+    load_checkpoint,
+    save_checkpoint,
+)
+from reward_model.scenes.scene import SceneSequence, Scores
 from reward_model.scorer import SocialScorer, load_scorer, weights_path
+from tests.reward_model.graph.test_windows import NO_INTERACTIONS, hand_made, objects, people
+from tests.reward_model.networks.test_factorised_mpnn import SIZES, random_network
 from tests.reward_model.random_scenes import random_sequence, random_windows
-from tests.reward_model.test_compiled import SIZES, random_network
-from tests.reward_model.test_graph import NO_INTERACTIONS, hand_made, objects, people
 
 
 def some_checkpoint(edge_network: str = "tabulated") -> Checkpoint:
@@ -63,7 +69,7 @@ def test_windows_of_another_number_of_frames_are_refused(scorer, number):
         scorer.score_windows([[frame], [frame] * number])
 
 
-def shuffled(sequence: Sequence, rng: np.random.Generator) -> Sequence:
+def shuffled(sequence: SceneSequence, rng: np.random.Generator) -> SceneSequence:
     snapshots = []
     for snapshot in sequence:
         orders = rng.permutation(len(snapshot.people)), rng.permutation(len(snapshot.objects))
@@ -81,7 +87,7 @@ def shuffled(sequence: Sequence, rng: np.random.Generator) -> Sequence:
                 interactions=replace(snapshot.interactions, pairs=pairs),
             )
         )
-    return Sequence(tuple(snapshots))
+    return SceneSequence(tuple(snapshots))
 
 
 def test_the_order_of_people_and_objects_says_nothing(scorer, sequences):
@@ -101,7 +107,7 @@ def test_empty_places_are_finite(scorer):
     walls = np.array([[-3.0, -3, 3, -3], [3, -3, 3, 3], [3, 3, -3, 3], [-3, 3, -3, -3]])
     for there in (walls, np.zeros((0, 4))):
         nobody = hand_made(people=people(), objects=objects(), walls=there, interactions=NO_INTERACTIONS)
-        assert np.isfinite(scorer.score(Sequence((nobody,)))).all()
+        assert np.isfinite(scorer.score(SceneSequence((nobody,)))).all()
 
 
 def test_padded_answers_are_those_of_single_windows(scorer, monkeypatch):

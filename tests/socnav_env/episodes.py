@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from socnav_env.layout import FloatArray
-from socnav_env.outcomes import Outcome
-from socnav_env.trajectory import Trajectory
+from reward_model.base.arrays import FloatArray
+from socnav_env.trajectories.outcomes import Outcome
+from socnav_env.trajectories.trajectory import Trajectory
 from tests.socnav_env.puppets import make_layout
 
 

@@ -7,9 +7,10 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from socnav_env.interactions import NO_CHANGES, interactions_of
-from socnav_env.layout import FloatArray, Layout, ObjectKind, Room
-from socnav_env.world import WorldState
+from reward_model.base.arrays import FloatArray
+from socnav_env.layout import Layout, ObjectKind, Room
+from socnav_env.people.interactions import NO_CHANGES, interactions_of
+from socnav_env.simulation.world import WorldState
 
 PEOPLE_RADIUS = 0.25  # m
 ROBOT_RADIUS = 0.25  # m

@@ -17,7 +17,7 @@ from socnav_env.config import (
     RoomConfig,
     SensorConfig,
 )
-from socnav_env.robot_config import DRIVES
+from socnav_env.config.robot import DRIVES
 
 SCENARIOS = scenarios.names()
 

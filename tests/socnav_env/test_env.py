@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import socnav_env
-from reward_model.scenario import Sequence
+from reward_model.scenes.scene import SceneSequence
 from socnav_env.config import EnvConfig, PopulationConfig, RobotConfig
 from socnav_env.env import SocNavEnv
 from socnav_env.metrics import METRICS
-from socnav_env.outcomes import Outcome
 from socnav_env.rewards import REWARDS, SparseReward
+from socnav_env.trajectories.outcomes import Outcome
 
 NOBODY = PopulationConfig(still=(0, 0), wandering=(0, 0), tables=(0, 0), plants=(0, 0), interactions=(0, 0))
 FORWARD, BACKWARD, STAND = np.array([1.0, 0.0]), np.array([-1.0, 0.0]), np.zeros(2)
@@ -78,7 +78,7 @@ def test_the_published_network_judges_what_was_recorded(published_weights) -> No
     env.reset(seed=1)
     for _ in range(7):
         _, value, _, _, info = env.step(FORWARD)
-        scene = Sequence(env.unwrapped._episode._recorder.snapshots)
+        scene = SceneSequence(env.unwrapped._episode._recorder.snapshots)
         expected = load_scorer("published").score(scene)
         assert (info["q1"], info["q2"]) == pytest.approx(expected, abs=1e-5)
         assert value == info["q2"]

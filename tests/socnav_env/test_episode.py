@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 
-from reward_model.scenario import Scores
+from reward_model.scenes.scene import Scores
 from socnav_env import episode as episode_module
-from socnav_env.checks import ConfigError
 from socnav_env.config import EnvConfig
+from socnav_env.config.checks import ConfigError
 from socnav_env.episode import MAX_STARTS, Episode, begin_episode
-from socnav_env.outcomes import Outcome
+from socnav_env.trajectories.outcomes import Outcome
 from tests.socnav_env.puppets import PuppetWorld
 
 DRIVE = np.array([0.3, 0.0, 0.0])

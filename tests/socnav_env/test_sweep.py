@@ -9,9 +9,9 @@ from gymnasium.utils.env_checker import check_env as gymnasium_check
 from stable_baselines3.common.env_checker import check_env as stable_baselines_check
 
 from socnav_env.config import EnvConfig, RobotConfig
+from socnav_env.config.robot import DRIVES
 from socnav_env.observations import OBSERVATIONS
 from socnav_env.rewards import REWARDS
-from socnav_env.robot_config import DRIVES
 from socnav_env.wrappers import DiscreteActions
 from tests.socnav_env.strategies import SCENARIOS
 

@@ -4,7 +4,7 @@ import pytest
 
 from socnav_env.config import EnvConfig, RobotConfig
 from socnav_env.env import SocNavEnv
-from socnav_env.recording import RecordTrajectory, read_recording
+from socnav_env.recording.files import RecordTrajectory, read_recording
 from socnav_env.wrappers import DiscreteActions
 
 HOLONOMIC = EnvConfig(robot=RobotConfig(drive="holonomic"))

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from socnav_env.metrics import episode_metrics, person_delay, person_detour
-from socnav_env.trajectory import Trajectory
+from socnav_env.trajectories.trajectory import Trajectory
 from tests.socnav_env.episodes import make_trajectory
 from tests.socnav_env.puppets import make_layout
 

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from socnav_env.interactions import standing_groups
 from socnav_env.metrics import group_intrusion, interaction_crossings, interaction_time
-from socnav_env.trajectory import Trajectory
+from socnav_env.people.interactions import standing_groups
+from socnav_env.trajectories.trajectory import Trajectory
 from tests.socnav_env.episodes import make_trajectory
 from tests.socnav_env.puppets import make_layout
 

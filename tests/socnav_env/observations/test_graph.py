@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 
-from reward_model.graph import NodeKind, Relation, scene_graph
+from reward_model.graph.windows import NodeKind, Relation, scene_graph
 from socnav_env.config import EnvConfig, PopulationConfig, RoomConfig
 from socnav_env.env import SocNavEnv
 from socnav_env.observations import GraphObservation
 from socnav_env.observations.graph import fitted_frames, most_segments
-from socnav_env.population import sample_layout
+from socnav_env.scenes.population import sample_layout
 
 CROWDED = PopulationConfig(still=(4, 4), wandering=(4, 4), tables=(0, 0), plants=(3, 3), interactions=(3, 3))
 

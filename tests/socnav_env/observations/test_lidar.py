@@ -6,8 +6,8 @@ import pytest
 
 from socnav_env.config import EnvConfig, SensorConfig
 from socnav_env.observations import LidarObservation
-from socnav_env.population import sample_layout
-from socnav_env.world import World
+from socnav_env.scenes.population import sample_layout
+from socnav_env.simulation.world import World
 from tests.socnav_env.puppets import make_layout
 
 

@@ -5,7 +5,7 @@ from gymnasium.wrappers import FrameStackObservation
 from socnav_env.config import EnvConfig
 from socnav_env.env import SocNavEnv
 from socnav_env.observations import OBSERVATIONS, make_observation
-from socnav_env.vector_env import SocNavVectorEnv
+from socnav_env.vector.env import SocNavVectorEnv
 
 
 @pytest.mark.parametrize("name", OBSERVATIONS)

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reward_model.scenario import ScenarioError
-from reward_model.socnav2_json import read_socnav2, write_socnav2
-from socnav_env.checks import ConfigError
+from reward_model.scenes.scene import ScenarioError
+from reward_model.scenes.socnav2_json import read_socnav2, write_socnav2
+from socnav_env.config.checks import ConfigError
 from socnav_env.env import SocNavEnv
-from socnav_env.recording import record_episode
-from socnav_env.replay import first_difference, recorded_sequence, replay
-from socnav_env.sequences import trajectory_of_sequence
+from socnav_env.recording.files import record_episode
+from socnav_env.recording.replay import first_difference, recorded_sequence, replay
+from socnav_env.trajectories.from_socnav2 import trajectory_of_sequence
 
 SAMPLES = ("S1_000000", "S1_000003", "S2F_000000", "S2_000000", "S3I_000000", "S3nI_000000")
 

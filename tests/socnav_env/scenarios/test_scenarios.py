@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 
 from socnav_env import scenarios
-from socnav_env.checks import ConfigError
-from socnav_env.cli import main
+from socnav_env.commands.main import main
 from socnav_env.config import EnvConfig, PopulationConfig
-from socnav_env.drivers import DRIVERS
+from socnav_env.config.checks import ConfigError
 from socnav_env.env import SocNavEnv, action_of
 from socnav_env.layout import Layout
-from socnav_env.recording import RecordTrajectory, read_recording, record_episode
-from socnav_env.replay import first_difference, replay
+from socnav_env.recording.files import RecordTrajectory, read_recording, record_episode
+from socnav_env.recording.replay import first_difference, replay
+from socnav_env.simulated_data.drivers import DRIVERS
 
 NAMED = (
     "blind_corner",

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from socnav_env.cli import main
+from socnav_env.commands.main import main
 from socnav_env.config import AT_LAPTOP, TALKING, WALKING_TOGETHER, ConfigError, EnvConfig
 from socnav_env.env import SocNavEnv
 from socnav_env.layout import Ending, Layout, ObjectKind

@@ -1,0 +1,1 @@
+"""How like real pedestrians the simulated ones walk: `python -m benchmarks.realism`."""

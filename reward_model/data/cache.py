@@ -1,0 +1,162 @@
+"""Examples on disk, so that a data set is turned into graphs only once.
+
+An entry is a folder named after all that it depends on: the content of the files, the augmentation and the graph
+layout. Its arrays are memory-mapped, so that loading takes the time of checking them. Entries are written beside
+their place and renamed: one is there whole or not at all, and of two processes that write the same one the second
+finds it there.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import tempfile
+import zlib
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, Final, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reward_model.data.examples import Examples
+from reward_model.graph.windows import LAYOUT_VERSION, FrameGraph
+
+_VERSION: Final = "socnav2-examples-2"  # changes whenever files are read otherwise or an entry's arrays change
+_INDEX_FILE: Final = "index.json"
+_NAMES_FILE: Final = "names.json"
+_OF_NODES: Final = ("features", "kinds", "keys", "lengths")
+_OF_LINKS: Final = ("link_sources", "link_targets", "link_relations", "link_lengths")
+_NAMES: Final = ("scenes", "clips", "raters")
+
+Arrays = dict[str, NDArray[Any]]
+
+
+class CacheError(ValueError):
+    """An entry of the cache is damaged. The message names it and says what to do."""
+
+
+class StoredWindows(Sequence[list[FrameGraph]]):
+    """Windows as slices of a few long arrays; a window's frames are made when it is asked for.
+
+    arrays: those of `FrameGraph`, one frame after the other, where nodes and links of each frame start, `node_starts`
+        and `link_starts`, the frames of all windows, `window_frames`, and where those of each window start,
+        `window_starts`; windows may share frames
+    """
+
+    def __init__(self, arrays: Arrays) -> None:
+        self._arrays = arrays
+
+    def __len__(self) -> int:
+        return len(self._arrays["window_starts"]) - 1
+
+    @overload
+    def __getitem__(self, index: int) -> list[FrameGraph]: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[list[FrameGraph]]: ...
+    def __getitem__(self, index: int | slice) -> list[FrameGraph] | list[list[FrameGraph]]:
+        if isinstance(index, slice):
+            return [self[each] for each in range(*index.indices(len(self)))]
+        first, last = self._arrays["window_starts"][range(len(self))[index] :][:2].tolist()
+        return [self._frame(frame) for frame in self._arrays["window_frames"][first:last].tolist()]
+
+    def _frame(self, index: int) -> FrameGraph:
+        nodes = slice(*self._arrays["node_starts"][index : index + 2].tolist())
+        links = slice(*self._arrays["link_starts"][index : index + 2].tolist())
+        return FrameGraph(
+            *(self._arrays[name][nodes] for name in _OF_NODES), *(self._arrays[name][links] for name in _OF_LINKS)
+        )
+
+
+def cached_examples(files: tuple[Path, ...], variety: str, folder: Path, make: Callable[[], Examples]) -> Examples:
+    """The examples of some files, from the cache where they are there, else from `make` and into the cache.
+
+    variety: names the augmentation, and whatever else makes other examples of the same files
+
+    Raises `CacheError` where the entry is damaged.
+    """
+    entry = folder / _key(files, variety)
+    if not entry.is_dir():
+        examples = make()
+        store_examples(examples, entry)
+        return examples
+    return load_examples(entry)
+
+
+def store_examples(examples: Examples, entry: Path) -> None:
+    """Write an entry, or leave the one that is there. Raises `OSError` where the place cannot be written."""
+    try:
+        entry.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=f".{entry.name}.", dir=entry.parent) as place:
+            building = Path(place) / entry.name
+            building.mkdir()
+            _write_arrays(examples, building)
+            try:
+                building.rename(entry)
+            except OSError:
+                if not entry.is_dir():  # else another process was first
+                    raise
+    except OSError as error:
+        raise OSError(f"{entry}: the graphs cannot be kept ({error}); make room, or --no-cache does without") from None
+
+
+def _write_arrays(examples: Examples, building: Path) -> None:
+    names = json.dumps({name: getattr(examples, name) for name in _NAMES}).encode()
+    checksums = {_NAMES_FILE: zlib.crc32(names)}
+    (building / _NAMES_FILE).write_bytes(names)
+    for name, array in _flattened(examples).items():
+        np.save(building / f"{name}.npy", array, allow_pickle=False)
+        checksums[f"{name}.npy"] = _checksum(array)
+    (building / _INDEX_FILE).write_text(json.dumps({"version": _VERSION, "checksums": checksums}))
+
+
+def load_examples(entry: Path) -> Examples:
+    """Load an entry: its arrays are checked, then mapped into memory. Raises `CacheError` where it is damaged."""
+    try:
+        index = json.loads((entry / _INDEX_FILE).read_text())
+        names = (entry / _NAMES_FILE).read_bytes()
+        found = {_NAMES_FILE: zlib.crc32(names)}
+        arrays: Arrays = {}
+        for name in index["checksums"].keys() - found.keys():
+            # Mapped for writing into memory alone: read-only arrays would be another type to compiled code.
+            array = np.load(entry / name, mmap_mode="c", allow_pickle=False)
+            arrays[name.removesuffix(".npy")], found[name] = array, _checksum(array)
+        damaged = sorted(name for name, checksum in index["checksums"].items() if found[name] != checksum)
+        if damaged or index["version"] != _VERSION:
+            raise ValueError(f"checksum of {damaged[0]} is wrong" if damaged else "another version")
+        scenes, clips, raters = (tuple(json.loads(names)[name]) for name in _NAMES)
+        return Examples(StoredWindows(arrays), arrays["scores"], scenes, clips, raters, arrays["variants"])
+    except (OSError, ValueError, KeyError, TypeError, EOFError) as error:
+        raise CacheError(f"{entry}: this entry of the cache is damaged ({error}); delete the folder") from None
+
+
+def _key(files: tuple[Path, ...], variety: str) -> str:
+    digest = hashlib.sha256(f"{_VERSION} {LAYOUT_VERSION} {variety}".encode())
+    for path in files:
+        with path.open("rb") as file:
+            digest.update(path.suffix.encode() + hashlib.file_digest(file, "sha256").digest())
+    return digest.hexdigest()[:32]
+
+
+def _flattened(examples: Examples) -> Arrays:
+    windows = list(examples.windows)
+    places: dict[FrameGraph, int] = {}  # frames are equal where they are the same
+    window_frames = [places.setdefault(frame, len(places)) for window in windows for frame in window]
+    frames = list(places)
+    arrays: Arrays = {
+        name: np.concatenate([getattr(frame, name) for frame in frames]) for name in (*_OF_NODES, *_OF_LINKS)
+    }
+    arrays["node_starts"] = _starts([len(frame) for frame in frames])
+    arrays["link_starts"] = _starts([len(frame.link_lengths) for frame in frames])
+    arrays["window_frames"] = np.array(window_frames, dtype=np.int64)
+    arrays["window_starts"] = _starts([len(window) for window in windows])
+    return arrays | {"scores": examples.scores, "variants": examples.variants}
+
+
+def _starts(lengths: list[int]) -> NDArray[np.int64]:
+    return np.concatenate([[0], np.cumsum(lengths, dtype=np.int64)])
+
+
+def _checksum(array: NDArray[Any]) -> int:
+    shape = f"{array.dtype.str}{array.shape}".encode()
+    return zlib.crc32(np.ascontiguousarray(array).reshape(-1).view(np.uint8).data, zlib.crc32(shape))

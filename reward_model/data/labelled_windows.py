@@ -1,0 +1,37 @@
+"""Windows with their scores, as training takes them: the only thing that it knows of a data set."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from reward_model.base.arrays import Float32Array
+from reward_model.graph.windows import FrameGraph
+
+
+@dataclass(frozen=True, eq=False)
+class LabelledWindows:
+    """Windows and what they were scored.
+
+    windows: each one to three frames, newest first
+    scores: (num_windows, 2) Q1 and Q2 in 0..1, NaN where a question was not asked
+    weights: (num_windows, 2) how much each score counts in training, all the same where there are none
+    """
+
+    windows: Sequence[Sequence[FrameGraph]]
+    scores: Float32Array
+    weights: Float32Array | None = None
+
+    def __len__(self) -> int:
+        return len(self.windows)
+
+
+def data_digest(data: LabelledWindows) -> str:
+    """Tells one set of windows from another by its scores, weights and sizes."""
+    digest = hashlib.sha256(data.scores.tobytes())
+    digest.update(b"" if data.weights is None else data.weights.tobytes())
+    digest.update(np.array([sum(map(len, window)) for window in data.windows]).tobytes())
+    return digest.hexdigest()[:16]

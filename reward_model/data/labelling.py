@@ -1,0 +1,56 @@
+"""Scores of a network written into recordings, as people's are: what another network can learn from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+import joblib
+
+from reward_model.base.files import replace_file
+from reward_model.data.examples import DatasetError
+from reward_model.data.files import find_files
+from reward_model.scenes.scene import LabelledSequence, ScenarioError
+from reward_model.scenes.socnav2_json import encode_socnav2, read_socnav2
+from reward_model.scorer import SocialScorer, load_scorer
+
+_TOGETHER: Final = 100  # recordings that are scored at a time
+
+
+def unlabelled_files(data: Path, output: Path) -> tuple[Path, ...]:
+    """The recordings of a list or folder that have no labelled copy in `output` yet.
+
+    Raises `DatasetError` as `find_files` does, where they are not recordings, or where `output` is their own folder.
+    """
+    files = tuple(path for paths in find_files(data).values() for path in paths)
+    if others := [path for path in files if path.suffix != ".json"]:
+        raise DatasetError(f"{others[0]}: only recordings (*.json) can be labelled")
+    if any(path.parent.resolve() == output.resolve() for path in files):
+        raise DatasetError(f"{output}: labelled copies need a folder of their own, the recordings lie there")
+    return tuple(path for path in files if not (output / path.name).exists())
+
+
+def label_files(files: tuple[Path, ...], output: Path, weights: str, jobs: int = 1) -> Iterator[int]:
+    """Write labelled copies, scores clipped to 0..1; gives back how many, from time to time.
+
+    A copy appears complete or not at all. Raises `CheckpointError` as `load_scorer`, `ScenarioError` for a file that
+    is no recording and `OSError` where a copy cannot be written; those that are there stay.
+    """
+    load_scorer(weights)  # where there are none, say so before processes start
+    chunks = [files[start : start + _TOGETHER] for start in range(0, len(files), _TOGETHER)]
+    yield from joblib.Parallel(n_jobs=jobs, return_as="generator_unordered")(
+        joblib.delayed(_label)(chunk, output, weights) for chunk in chunks
+    )
+
+
+def _label(files: tuple[Path, ...], output: Path, weights: str) -> int:
+    scorer: SocialScorer = load_scorer(weights)
+    sequences = [read_socnav2(path) for path in files]
+    try:
+        scores = scorer.score_batch(sequences).clip(0, 1).tolist()
+    except ScenarioError as error:
+        raise ScenarioError(f"{files[0].parent}: {error}") from None
+    for path, sequence, (q1, q2) in zip(files, sequences, scores, strict=True):
+        replace_file(output / path.name, encode_socnav2(LabelledSequence(sequence, q1, q2)))
+    return len(files)

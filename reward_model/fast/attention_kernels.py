@@ -1,0 +1,189 @@
+"""The graph attention network's arithmetic on flat windows, in compiled code (Velickovic et al. 2018, eq. 1 to 6).
+
+A head's attention to an edge is a_l . W h_source + a_r . W h_target. Both terms are linear in the node, so they are
+columns beside W's: one product for all nodes gives what they say, how they are heard and how they listen.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from reward_model.base.arrays import Float32Array, IntArray
+from reward_model.base.numba import njit
+from reward_model.fast.elu import apply_elu
+from reward_model.fast.grouped_window import FEATURES, NUM_KINDS, NUM_MEETING, Edges, Nodes, Stack, flat_windows
+from reward_model.fast.matmul import add_product
+from reward_model.graph.windows import NUM_FRAMES
+
+_NUM_FEATURES = tuple(map(len, FEATURES))
+
+
+class AttentionNetwork(NamedTuple):
+    """A GAT, ready for compiled code.
+
+    weights: all layers' arrays one after the other
+    shapes: (num_layers, 5) where each layer's begin and how large they are, as `gat_layer_at` reads it
+    """
+
+    weights: Float32Array
+    shapes: IntArray
+
+
+class GATLayer(NamedTuple):
+    """One layer's arrays.
+
+    matrices: (kinds * in, width) by kind of node in the first layer, else the same for all (kinds = 1); what each head
+        says, side by side, then how each head's edges are heard (a_l), then how each head listens (a_r), then padding
+    bias: (heads * out,)
+    heads, outputs: of each head
+    slope: of the attention's leaky ReLU
+    """
+
+    matrices: Float32Array
+    bias: Float32Array
+    heads: int
+    outputs: int
+    slope: float
+
+
+class _Incoming(NamedTuple):
+    """Edges by target: `starts` (num_nodes + 1,) of each node's, `sources` (num_edges,) where they come from."""
+
+    starts: IntArray
+    sources: IntArray
+
+
+@njit
+def score_by_attention(stack: Stack, scores: Float32Array, network: AttentionNetwork) -> None:
+    """Write q1 and q2 of each window, (num_windows, 2): the mean of the last layer's heads at its newest room."""
+    nodes, edges = flat_windows(stack)
+    incoming = _incoming(nodes, edges)
+    num_windows = len(stack.sizes)
+    hidden, last = nodes.features, len(network.shapes) - 1
+    layer = gat_layer_at(network.weights, network.shapes[0])
+    for index in range(last + 1):
+        layer = gat_layer_at(network.weights, network.shapes[index])
+        known = _products(nodes, layer, hidden) if index == 0 else _product(layer, hidden)
+        # Only what the newest rooms can still hear: all nodes of so many frames, and the rooms of the next one.
+        num_sections = min((last - index) * NUM_KINDS + 1, NUM_FRAMES * NUM_KINDS)
+        num_nodes = nodes.starts[num_sections * num_windows]
+        hidden = _heard(incoming, layer, known, _attention(incoming, layer, known, num_nodes), num_nodes)
+        if index < last:
+            apply_elu(hidden)
+    for window in range(num_windows):
+        for column in range(layer.outputs):
+            answer = np.float32(0)
+            for head in range(layer.heads):
+                answer += hidden[window, head * layer.outputs + column] / np.float32(layer.heads)
+            scores[window, column] = max(answer, np.float32(0))
+
+
+@njit
+def gat_layer_at(weights: Float32Array, shape: IntArray) -> GATLayer:
+    """Find a layer's arrays again; shape: where they begin, rows and columns of the matrices, heads, outputs."""
+    start, rows, columns, heads, outputs = shape[0], shape[1], shape[2], shape[3], shape[4]
+    bias = start + rows * columns
+    slope = bias + heads * outputs
+    matrices = weights[start:bias].reshape(rows, columns)
+    return GATLayer(matrices, weights[bias:slope], heads, outputs, weights[slope])
+
+
+@njit
+def _incoming(nodes: Nodes, edges: Edges) -> _Incoming:
+    """Every edge, each node's own and those through time included."""
+    num_nodes = len(nodes.newer)
+    starts = np.zeros(num_nodes + 2, dtype=np.int64)  # each node's place is counted one further on, then moved along
+    for node in range(num_nodes):
+        starts[node + 2] = 1 + (nodes.newer[node] >= 0) + (nodes.older[node] >= 0)
+    first_parting = edges.bounds[NUM_MEETING, 0]
+    for group in range(len(edges.centres)):
+        for edge in range(edges.starts[group], edges.starts[group + 1]):
+            starts[(edges.centres[group] if group < first_parting else edges.others[edge]) + 2] += 1
+    for node in range(num_nodes):
+        starts[node + 2] += starts[node + 1]
+    sources = np.empty(starts[num_nodes + 1], dtype=np.int64)
+    for node in range(num_nodes):
+        for source in (node, nodes.newer[node], nodes.older[node]):
+            if source >= 0:
+                sources[starts[node + 1]] = source
+                starts[node + 1] += 1
+    for group in range(len(edges.centres)):
+        centre = edges.centres[group]
+        for edge in range(edges.starts[group], edges.starts[group + 1]):
+            other = edges.others[edge]
+            source, target = (other, centre) if group < first_parting else (centre, other)
+            sources[starts[target + 1]] = source
+            starts[target + 1] += 1
+    return _Incoming(starts[: num_nodes + 1], sources)
+
+
+@njit
+def _products(nodes: Nodes, layer: GATLayer, hidden: Float32Array) -> Float32Array:
+    """The first layer's, whose matrices have rows for the features alone that a kind of node has."""
+    num_windows = (len(nodes.starts) - 1) // (NUM_FRAMES * NUM_KINDS)
+    known = np.zeros((len(hidden), layer.matrices.shape[1]), dtype=np.float32)
+    for section in range(NUM_FRAMES * NUM_KINDS):
+        first, last = nodes.starts[section * num_windows], nodes.starts[(section + 1) * num_windows]
+        kind = section % NUM_KINDS
+        matrix = kind * hidden.shape[1]
+        add_product(hidden, first, 0, layer.matrices, matrix, known, first, last - first, _NUM_FEATURES[kind])
+    return known
+
+
+@njit
+def _product(layer: GATLayer, hidden: Float32Array) -> Float32Array:
+    known = np.zeros((len(hidden), layer.matrices.shape[1]), dtype=np.float32)
+    add_product(hidden, 0, 0, layer.matrices, 0, known, 0, len(hidden), hidden.shape[1])
+    return known
+
+
+@njit
+def _attention(incoming: _Incoming, layer: GATLayer, known: Float32Array, num_nodes: int) -> Float32Array:
+    """(num_edges, heads) how much each of the first nodes' edges is heard: 1 in sum over a node's."""
+    heads, slope = layer.heads, layer.slope
+    from_column = heads * layer.outputs
+    to_column = from_column + heads
+    shares = np.empty((incoming.starts[num_nodes], heads), dtype=np.float32)
+    for node in range(num_nodes):
+        first, last = incoming.starts[node], incoming.starts[node + 1]
+        for head in range(heads):
+            highest = np.float32(-np.inf)
+            for edge in range(first, last):
+                share = known[incoming.sources[edge], from_column + head] + known[node, to_column + head]
+                shares[edge, head] = share if share > 0 else slope * share
+                highest = max(highest, shares[edge, head])
+            for edge in range(first, last):
+                shares[edge, head] -= highest
+    apply_elu(shares)  # none is above 0, so this is exp(x) - 1
+    for node in range(num_nodes):
+        first, last = incoming.starts[node], incoming.starts[node + 1]
+        for head in range(heads):
+            total = np.float32(0)
+            for edge in range(first, last):
+                shares[edge, head] += np.float32(1)
+                total += shares[edge, head]
+            for edge in range(first, last):
+                shares[edge, head] /= total
+    return shares
+
+
+@njit
+def _heard(
+    incoming: _Incoming, layer: GATLayer, known: Float32Array, shares: Float32Array, num_nodes: int
+) -> Float32Array:
+    """(num_nodes, heads * out) what each node hears, the bias included."""
+    outputs = layer.outputs
+    heard = np.empty((num_nodes, layer.heads * outputs), dtype=np.float32)
+    for node in range(num_nodes):
+        heard[node] = layer.bias
+        row = heard[node]
+        for edge in range(incoming.starts[node], incoming.starts[node + 1]):
+            said = known[incoming.sources[edge]]  # views, since indices of the matrices take four times as long
+            for head in range(layer.heads):
+                share, first, last = shares[edge, head], head * outputs, (head + 1) * outputs
+                of_head, of_row = said[first:last], row[first:last]
+                for column in range(outputs):
+                    of_row[column] += share * of_head[column]
+    return heard

@@ -1,0 +1,78 @@
+"""Windows through a network in compiled code: what an environment's step waits for.
+
+An MPNN's arithmetic is that of `reward_model.networks.factorised_mpnn` without padding and without a framework between
+the products. A few windows go through each layer together, so that its matrices are fetched once for all of them;
+`reward_model.fast.matmul` sees to it that a window's answer does not depend on the others.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+import torch
+
+from reward_model.base.arrays import Float32Array
+from reward_model.fast.ahead import ScoringAhead
+from reward_model.fast.grouped_window import stack_windows
+from reward_model.fast.relational_kernels import KERNELS, FlatNetwork
+from reward_model.fast.scoring import Scoring, ScoringTogether
+from reward_model.graph.frame import FrameGraph
+
+_TOGETHER: Final = 8  # windows that go through the layers together; what they need stays in a core's own cache
+_LEAST_SHARE: Final = 4  # windows that are worth a thread of their own
+_GROUPS_EACH: Final = 2  # that make it worth to have another thread wait for windows
+_LEAST_GROUPS: Final = 4  # of windows that come one by one: for the first the threads wait, for the last the caller
+
+
+class FusedNetwork:
+    """A network turned into flat arrays, ready to score windows on the CPU.
+
+    It uses as many threads as PyTorch is set to. An answer depends on its window alone, to the last bit.
+    """
+
+    def __init__(self, network: FlatNetwork) -> None:
+        self._network = network
+        self._score_windows = KERNELS[type(network)]
+
+    def __call__(self, windows: Sequence[Sequence[FrameGraph]]) -> Float32Array:
+        """(num_windows, 2) the scores of windows of up to three frames, newest first."""
+        scores = np.empty((len(windows), 2), dtype=np.float32)
+        num_shares = min(torch.get_num_threads(), len(windows) // _LEAST_SHARE)
+        if num_shares <= 1:
+            self._score(windows, scores)
+            return scores
+        ends = [len(windows) * share // num_shares for share in range(num_shares + 1)]
+        shares = [slice(*pair) for pair in pairwise(ends)]
+        threads = _threads(num_shares - 1)
+        others = [threads.submit(self._score, windows[share], scores[share]) for share in shares[1:]]
+        self._score(windows[shares[0]], scores[shares[0]])
+        for other in others:
+            other.result()
+        return scores
+
+    def begin(self, num_windows: int) -> Scoring:
+        """Take so many windows one by one; threads besides the caller's score the first ones meanwhile."""
+        if num_windows < _LEAST_GROUPS or torch.get_num_threads() == 1:
+            return ScoringTogether(self)
+        group_size = min(_TOGETHER, num_windows // _LEAST_GROUPS)
+        num_threads = min(torch.get_num_threads() - 1, num_windows // group_size // _GROUPS_EACH)
+        return ScoringAhead(self._network, num_windows, group_size, _threads(num_threads), num_threads)
+
+    def _score(self, windows: Sequence[Sequence[FrameGraph]], scores: Float32Array) -> None:
+        for start in range(0, len(windows), _TOGETHER):
+            few = slice(start, start + _TOGETHER)
+            self._score_windows(stack_windows(windows[few]), scores[few], self._network)
+
+
+@cache
+def _threads(count: int) -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(count, thread_name_prefix="scorer")
+
+
+os.register_at_fork(after_in_child=_threads.cache_clear)  # threads do not come along into a forked process

@@ -1,0 +1,111 @@
+"""An R-GCN's or a GAT's trained tensors as flat arrays for compiled code. DGL is not needed.
+
+The tensors have the names and shapes of DGL's `RelGraphConv` and `GATConv`, see `reward_model.models`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from reward_model.base.arrays import Float32Array
+from reward_model.fast.attention_kernels import AttentionNetwork
+from reward_model.fast.grouped_window import FEATURES
+from reward_model.fast.matmul import LANES
+from reward_model.fast.relational_weights import RelationalNetwork, flat_layers
+from reward_model.graph.packing import NUM_PACKED
+from reward_model.graph.windows import NUM_RELATIONS
+from reward_model.networks.checkpoint import NetworkConfig
+from reward_model.networks.edge_networks import MEASURED, PLAIN, LayerOperators
+
+FLAT_KINDS: Final = ("rgcn", "gat")
+
+
+def tensor_shapes(config: NetworkConfig) -> dict[str, tuple[int, ...]]:
+    """The names and shapes of all tensors that a checkpoint of one of `FLAT_KINDS` has."""
+    of_layer = _rgcn_shapes if config.kind == "rgcn" else _gat_shapes
+    inputs = _gat_inputs(config) if config.kind == "gat" else config.sizes[:-1]
+    return {
+        f"layers.{index}.{name}": shape
+        for index, (width, outputs) in enumerate(zip(inputs, config.sizes[1:], strict=True))
+        for name, shape in of_layer(config, width, outputs).items()
+    }
+
+
+def flat_network(config: NetworkConfig, tensors: Mapping[str, Tensor]) -> RelationalNetwork | AttentionNetwork:
+    """Bring tensors of one of `FLAT_KINDS`, with the shapes of `tensor_shapes`, into the order of compiled code."""
+    return _flat_rgcn(config, tensors) if config.kind == "rgcn" else _flat_gat(config, tensors)
+
+
+def _rgcn_shapes(config: NetworkConfig, inputs: int, outputs: int) -> dict[str, tuple[int, ...]]:
+    bases = min(config.num_bases, NUM_RELATIONS)
+    return {
+        "h_bias": (outputs,),
+        "linear_r.W": (bases, inputs, outputs),
+        "linear_r.coeff": (NUM_RELATIONS, bases),
+    }
+
+
+def _flat_rgcn(config: NetworkConfig, tensors: Mapping[str, Tensor]) -> RelationalNetwork:
+    operators = []
+    for index in range(len(config.sizes) - 1):
+        bases, mixed = (tensors[f"layers.{index}.linear_r.{name}"].float() for name in ("W", "coeff"))
+        matrices = torch.einsum("rb,bio->rio", mixed, bases)
+        length = torch.zeros((len(MEASURED), 1))  # which the network does not see
+        operators.append(
+            LayerOperators(
+                plain=matrices[list(PLAIN)],
+                basis=matrices[list(MEASURED)].unsqueeze(1),
+                knots=length,
+                coefficients=torch.ones((len(MEASURED), 1, 1)),
+                bias=tensors[f"layers.{index}.h_bias"],
+            )
+        )
+    return flat_layers(operators, by_relation=True)
+
+
+def _gat_inputs(config: NetworkConfig) -> list[int]:
+    return [config.sizes[0], *(config.num_heads * size for size in config.sizes[1:-1])]
+
+
+def _gat_shapes(config: NetworkConfig, inputs: int, outputs: int) -> dict[str, tuple[int, ...]]:
+    heads = config.num_heads
+    return {
+        "attn_l": (1, heads, outputs),
+        "attn_r": (1, heads, outputs),
+        "bias": (heads * outputs,),
+        "fc.weight": (heads * outputs, inputs),
+    }
+
+
+def _flat_gat(config: NetworkConfig, tensors: Mapping[str, Tensor]) -> AttentionNetwork:
+    """Layer by layer what `reward_model.fast.attention_kernels.gat_layer_at` finds again."""
+    parts: list[Float32Array] = []
+    shapes = []
+    for index, outputs in enumerate(config.sizes[1:]):
+        layer = {name: tensors[f"layers.{index}.{name}"].float() for name in _gat_shapes(config, 1, 1)}
+        matrices = _gat_matrices(layer, config.num_heads, outputs)
+        if index == 0:
+            matrices = np.concatenate([_rows(matrices, list(columns)) for columns in FEATURES])
+        start = sum(part.size for part in parts)
+        shapes.append((start, *matrices.shape, config.num_heads, outputs))
+        parts += [matrices, layer["bias"].numpy(), np.array([config.negative_slope], dtype=np.float32)]
+    weights = np.concatenate([part.ravel() for part in parts])
+    return AttentionNetwork(weights, np.array(shapes, dtype=np.int64))
+
+
+def _gat_matrices(layer: Mapping[str, Tensor], heads: int, outputs: int) -> Float32Array:
+    """(in, width) the columns of `reward_model.fast.attention_kernels.GATLayer`."""
+    said = layer["fc.weight"].T
+    by_head = said.reshape(-1, heads, outputs)
+    attention = [(by_head * layer[name]).sum(dim=2) for name in ("attn_l", "attn_r")]
+    matrices = torch.cat([said, *attention], dim=1).numpy()
+    return np.pad(matrices, ((0, 0), (0, -matrices.shape[1] % LANES)))
+
+
+def _rows(matrices: Float32Array, features: list[int]) -> Float32Array:
+    return np.pad(matrices[features], ((0, NUM_PACKED - len(features)), (0, 0)))

@@ -1,0 +1,126 @@
+"""The networks' arithmetic on flat windows, in compiled code: those with matrices by relation, and the way to GAT's."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any, Final
+
+import numpy as np
+
+from reward_model.base.arrays import Float32Array, IntArray
+from reward_model.base.numba import chosen_by_type, njit
+from reward_model.fast.attention_kernels import AttentionNetwork, score_by_attention
+from reward_model.fast.edge_messages import OnCurves, add_meeting, add_parting, on_curves, relation_shares
+from reward_model.fast.elu import apply_elu
+from reward_model.fast.grouped_window import FEATURES, NUM_KINDS, Edges, Nodes, Stack, flat_windows
+from reward_model.fast.matmul import add_product
+from reward_model.fast.relational_weights import NUM_PLAIN, Layer, RelationalNetwork, layer_at
+from reward_model.graph.windows import NUM_FRAMES, Relation
+from reward_model.networks.edge_networks import PLAIN
+
+_SELF: Final = PLAIN.index(Relation.SELF)
+_TO_OLDER: Final = (PLAIN.index(Relation.NOW_TO_SECOND), PLAIN.index(Relation.SECOND_TO_THIRD))
+_TO_NEWER: Final = (PLAIN.index(Relation.SECOND_TO_NOW), PLAIN.index(Relation.THIRD_TO_SECOND))
+_NUM_FEATURES: Final = tuple(map(len, FEATURES))
+
+FlatNetwork = RelationalNetwork | AttentionNetwork
+
+
+@njit
+def score_by_relation(stack: Stack, scores: Float32Array, network: RelationalNetwork) -> None:
+    """Write q1 and q2 of each window, (num_windows, 2)."""
+    nodes, edges = flat_windows(stack)
+    weights, shapes = network.weights, network.shapes
+    hidden, last = nodes.features, len(shapes) - 1
+    if network.by_relation:
+        shares = np.ones_like(nodes.shares)
+        curves = relation_shares(edges, len(shares))
+    else:
+        shares = nodes.shares
+        curves = on_curves(layer_at(weights, shapes[0]), edges, min(NUM_FRAMES, last))
+    for index in range(last + 1):
+        layer = layer_at(weights, shapes[index])
+        # Only what the newest rooms can still hear in the layers left: all of so many frames, and the next one's rooms.
+        whole = min(NUM_FRAMES, last - index)
+        if index > 0 and shapes[index, 7] == 0:
+            curves = on_curves(layer, edges, whole)
+        hidden = _all_nodes(nodes, edges, layer, curves, hidden, whole, shares)
+        if index < last:
+            apply_elu(hidden)
+    scores[:] = np.maximum(hidden[: len(scores), :2], np.float32(0))
+
+
+KERNELS: Final[Mapping[type, Callable[[Stack, Float32Array, Any], None]]] = MappingProxyType(
+    {RelationalNetwork: score_by_relation, AttentionNetwork: score_by_attention}
+)
+"""What writes q1 and q2 of each window, (num_windows, 2), by the type of its last argument, the network."""
+
+score_windows: Final[Callable[[Stack, Float32Array, FlatNetwork], None]] = chosen_by_type(KERNELS)
+"""In compiled code: that of them for the network."""
+
+
+@njit
+def _all_nodes(
+    nodes: Nodes,
+    edges: Edges,
+    layer: Layer,
+    curves: OnCurves,
+    hidden: Float32Array,
+    whole: int,
+    shares: Float32Array,
+) -> Float32Array:
+    """One layer for all nodes of so many frames, and for the rooms of the next; `shares`: of each node in a sum."""
+    num_windows = (len(nodes.starts) - 1) // (NUM_FRAMES * NUM_KINDS)
+    num_sections = min(whole * NUM_KINDS + 1, NUM_FRAMES * NUM_KINDS)
+    out = np.zeros((nodes.starts[num_sections * num_windows], layer.bias.shape[0]), dtype=np.float32)
+    inputs = hidden.shape[1]
+    by_kind = len(layer.plain) > NUM_PLAIN * inputs
+    for section in range(num_sections):
+        first, last = nodes.starts[section * num_windows], nodes.starts[(section + 1) * num_windows]
+        time, kind = section // NUM_KINDS, section % NUM_KINDS
+        matrices, inner = (kind * NUM_PLAIN, _NUM_FEATURES[kind]) if by_kind else (0, inputs)
+        add_product(hidden, first, 0, layer.plain, (matrices + _SELF) * inputs, out, first, last - first, inner)
+        if time > 0:
+            matrix = (matrices + _TO_OLDER[time - 1]) * inputs
+            _add_neighbours(hidden, nodes.newer, layer.plain, matrix, out, first, last, inner)
+        if time + 1 < NUM_FRAMES:
+            matrix = (matrices + _TO_NEWER[time]) * inputs
+            _add_neighbours(hidden, nodes.older, layer.plain, matrix, out, first, last, inner)
+    add_meeting(edges, layer, curves, hidden, out, whole)
+    add_parting(edges, layer, curves, hidden, out, whole)
+    for node in range(len(out)):
+        for column in range(out.shape[1]):
+            out[node, column] = out[node, column] * shares[node] + layer.bias[column]
+    return out
+
+
+@njit
+def _add_neighbours(
+    hidden: Float32Array,
+    places: IntArray,
+    matrices: Float32Array,
+    matrix: int,
+    out: Float32Array,
+    first: int,
+    last: int,
+    inner: int,
+) -> None:
+    """What nodes hear from themselves in another frame, where they are in it; `matrix`: the row where theirs begins."""
+    while first < last:
+        run = _run(places, first, last)
+        if places[first] >= 0:
+            add_product(hidden, places[first], 0, matrices, matrix, out, first, run, inner)
+        first += run
+
+
+@njit
+def _run(places: IntArray, first: int, last: int) -> int:
+    """How many places from the first on follow each other, one by one."""
+    end = first + 1
+    while end < last and places[end] == places[end - 1] + 1:
+        end += 1
+    return end - first
+
+
+assert len(PLAIN) == 2 * NUM_FRAMES - 1

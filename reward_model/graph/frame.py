@@ -1,0 +1,114 @@
+"""One snapshot of a scene as a graph, in either of two forms."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reward_model.base.arrays import Float32Array, Int32Array, IntArray
+from reward_model.graph.packing import FrameArrays, packed, unpacked
+
+
+class FrameGraph:
+    """One snapshot as a graph. Room edges and self edges are implied: every node has them.
+
+    It holds either its arrays or one of words that they are packed into, and makes the other when asked for it:
+    who needs several of the arrays of a packed one asks for `arrays`, once.
+
+    features: (num_nodes, 42) with the three time features zero; nodes are the room, people, objects, the goal and
+        wall segments, in this order
+    kinds: (num_nodes,) of `NodeKind`
+    keys: (num_nodes,) the same for one thing in every frame of a scene, unique within a frame
+    lengths: (num_nodes,) [dam] from the robot, 0 for the room: the length of the room edges
+    link_sources, link_targets: (num_links,) node indices of the edges between people, objects and walls
+    link_relations: (num_links,) of `Relation`
+    link_lengths: (num_links,) [dam] between people and objects, [m] between a person and a wall
+    """
+
+    __slots__ = ("_arrays", "_words")
+
+    def __init__(
+        self,
+        features: Float32Array,
+        kinds: Int32Array,
+        keys: IntArray,
+        lengths: Float32Array,
+        link_sources: Int32Array,
+        link_targets: Int32Array,
+        link_relations: Int32Array,
+        link_lengths: Float32Array,
+    ) -> None:
+        self._arrays: FrameArrays | None = FrameArrays(
+            features, kinds, keys, lengths, link_sources, link_targets, link_relations, link_lengths
+        )
+        self._words: Int32Array | None = None
+
+    @classmethod
+    def of_words(cls, words: Int32Array) -> FrameGraph:
+        """The frame that is packed into words, see `reward_model.graph.packing`."""
+        frame = cls.__new__(cls)
+        frame._arrays, frame._words = None, words
+        return frame
+
+    @property
+    def arrays(self) -> FrameArrays:
+        """All arrays; of a packed frame in memory of their own."""
+        if self._arrays is not None:
+            return self._arrays
+        assert self._words is not None
+        return unpacked(self._words)
+
+    @property
+    def words(self) -> Int32Array:
+        """The packed form."""
+        if self._words is None:
+            assert self._arrays is not None
+            self._words = packed(self._arrays)
+        return self._words
+
+    def replaced(self, **changes: NDArray[np.generic]) -> FrameGraph:
+        """The same frame with other arrays, by name."""
+        return FrameGraph(*self.arrays._replace(**changes))  # type: ignore[arg-type]
+
+    @property
+    def features(self) -> Float32Array:
+        """See the class."""
+        return self.arrays.features
+
+    @property
+    def kinds(self) -> Int32Array:
+        """See the class."""
+        return self.arrays.kinds
+
+    @property
+    def keys(self) -> IntArray:
+        """See the class."""
+        return self.arrays.keys
+
+    @property
+    def lengths(self) -> Float32Array:
+        """See the class."""
+        return self.arrays.lengths
+
+    @property
+    def link_sources(self) -> Int32Array:
+        """See the class."""
+        return self.arrays.link_sources
+
+    @property
+    def link_targets(self) -> Int32Array:
+        """See the class."""
+        return self.arrays.link_targets
+
+    @property
+    def link_relations(self) -> Int32Array:
+        """See the class."""
+        return self.arrays.link_relations
+
+    @property
+    def link_lengths(self) -> Float32Array:
+        """See the class."""
+        return self.arrays.link_lengths
+
+    def __len__(self) -> int:
+        return len(self._arrays.kinds) if self._arrays is not None else int(self.words[0])

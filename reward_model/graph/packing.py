@@ -1,0 +1,145 @@
+"""A frame's graph as one array of words: what environments keep of each moment, and what the fused network reads.
+
+Eight arrays take longer to hand from compiled code to Python and back than to work out. And of a node's 42 features its
+kind leaves at most 15 that are not 0.
+
+The words, 32 bits each: how many nodes and links there are, the nodes' keys (two words each), kinds, lengths and 16
+features each, then the links' sources, targets, relations and lengths; there may be one more, so that they are even.
+"""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from reward_model.base.arrays import Float32Array, Int32Array, IntArray
+from reward_model.base.numba import njit
+
+NUM_PACKED: Final = 16  # features of a node, as many as processors handle at once
+OWN: Final = 4  # the first feature of a kind's own; before it stand the kind and the place in the window
+# For each `NodeKind` the columns of its features among the 42, as many as there are.
+COLUMNS: Final = (
+    (0, 5, 6, 7, *range(8, 17)),
+    (1, 5, 6, 7, *range(19, 30)),
+    (2, 5, 6, 7, 17, 18, 30, 31),
+    (3, 5, 6, 7, *range(32, 38)),
+    (4, 5, 6, 7, *range(38, 42)),
+)
+_NUM_FEATURES = 42
+_HEADER = 2
+_TABLE = np.array([(*columns, *[-1] * (NUM_PACKED - len(columns))) for columns in COLUMNS])
+_WIDTHS = np.array([len(columns) for columns in COLUMNS])
+
+
+class FrameArrays(NamedTuple):
+    """The arrays of a `FrameGraph`, in its order."""
+
+    features: Float32Array
+    kinds: Int32Array
+    keys: IntArray
+    lengths: Float32Array
+    link_sources: Int32Array
+    link_targets: Int32Array
+    link_relations: Int32Array
+    link_lengths: Float32Array
+
+
+@njit
+def empty_words(num_nodes: int, num_links: int) -> Int32Array:
+    """Words for so many nodes and links, all features 0, with nothing else filled in."""
+    size = _HEADER + num_nodes * (NUM_PACKED + 4) + 4 * num_links
+    words = np.zeros(size + size % 2, dtype=np.int32)
+    words[0], words[1] = num_nodes, num_links
+    return words
+
+
+@njit
+def num_words(words: Int32Array, start: int) -> int:
+    """How many words the frame has that begins at a place."""
+    size: int = _HEADER + words[start] * (NUM_PACKED + 4) + 4 * words[start + 1]
+    return size + size % 2
+
+
+class Offsets(NamedTuple):
+    """Where in the words a frame's arrays begin, as those of `FrameArrays` are named."""
+
+    keys: int
+    kinds: int
+    lengths: int
+    features: int
+    link_sources: int
+    link_targets: int
+    link_relations: int
+    link_lengths: int
+
+
+@njit
+def offsets(words: Int32Array, start: int) -> Offsets:
+    """Where the arrays of the frame are that begins at a place."""
+    nodes, links = words[start], words[start + 1]
+    keys = start + _HEADER
+    features = keys + 4 * nodes
+    sources = features + NUM_PACKED * nodes
+    return Offsets(
+        keys,
+        keys + 2 * nodes,
+        keys + 3 * nodes,
+        features,
+        sources,
+        sources + links,
+        sources + 2 * links,
+        sources + 3 * links,
+    )
+
+
+@njit
+def views(words: Int32Array) -> FrameArrays:
+    """A frame's arrays in its words' memory; features are (num_nodes, 16)."""
+    nodes, links, at = words[0], words[1], offsets(words, 0)
+    return FrameArrays(
+        words[at.features : at.link_sources].view(np.float32).reshape(nodes, NUM_PACKED),
+        words[at.kinds : at.lengths],
+        words[at.keys : at.kinds].view(np.int64),
+        words[at.lengths : at.features].view(np.float32),
+        words[at.link_sources : at.link_targets],
+        words[at.link_targets : at.link_relations],
+        words[at.link_relations : at.link_lengths],
+        words[at.link_lengths : at.link_lengths + links].view(np.float32),
+    )
+
+
+@njit
+def packed(arrays: FrameArrays) -> Int32Array:
+    """A frame's words. Of the features, (num_nodes, 42), only those of a node's kind are kept."""
+    words = empty_words(len(arrays.kinds), len(arrays.link_lengths))
+    frame = views(words)
+    for node in range(len(arrays.kinds)):
+        kind = arrays.kinds[node]
+        for index in range(_WIDTHS[kind]):
+            frame.features[node, index] = arrays.features[node, _TABLE[kind, index]]
+    frame.kinds[:], frame.keys[:], frame.lengths[:] = arrays.kinds, arrays.keys, arrays.lengths
+    frame.link_sources[:], frame.link_targets[:] = arrays.link_sources, arrays.link_targets
+    frame.link_relations[:], frame.link_lengths[:] = arrays.link_relations, arrays.link_lengths
+    return words
+
+
+@njit
+def unpacked(words: Int32Array) -> FrameArrays:
+    """The arrays of a frame, in memory of their own, with all 42 features."""
+    frame = views(words)
+    features = np.zeros((len(frame.kinds), _NUM_FEATURES), dtype=np.float32)
+    for node in range(len(frame.kinds)):
+        kind = frame.kinds[node]
+        for index in range(_WIDTHS[kind]):
+            features[node, _TABLE[kind, index]] = frame.features[node, index]
+    return FrameArrays(
+        features,
+        frame.kinds.copy(),
+        frame.keys.copy(),
+        frame.lengths.copy(),
+        frame.link_sources.copy(),
+        frame.link_targets.copy(),
+        frame.link_relations.copy(),
+        frame.link_lengths.copy(),
+    )

@@ -1,0 +1,267 @@
+"""The last three seconds of a scene as a graph: the transformation that the published network reads.
+
+The layout is that of Bachiller et al. 2021, as their released network was trained on it. A `FrameGraph` is one
+snapshot: nodes, and the edges among them. A `SceneGraph` is up to three frames one second apart, newest first,
+joined by temporal edges. Frames do not know their place in the window, so each is made once and shared by every
+window that it appears in.
+
+The network's features stand in the conventions of its training data (x right, y forward, clockwise angles,
+displacements for velocities, decametres); nothing outside this module needs to know them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import IntEnum
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reward_model.base.arrays import Float32Array, FloatArray, Int32Array, IntArray
+from reward_model.graph.frame import FrameGraph as FrameGraph
+from reward_model.graph.frame_kernels import Entities, packed_frame
+from reward_model.graph.packing import FrameArrays
+from reward_model.scenes.scene import ScenarioError, SceneSequence, Snapshot
+
+LAYOUT_VERSION: Final = "socnav2-graph-1"  # changes whenever a feature or an edge does
+
+NUM_FRAMES: Final = 3
+FRAME_SPACING: Final = 1.0  # s between the frames of a window, at least
+NUM_NODE_FEATURES: Final = 42
+NUM_EDGE_FEATURES: Final = 18
+TIME_FEATURES: Final = 5  # the first of three: now, 1 s ago, 2 s ago
+LENGTH_FEATURE: Final = 17  # the edge feature that holds the length; shared with the last relation's flag
+
+_WALL_SEGMENT = 0.97  # m, no segment is longer
+_TIME_TOLERANCE = 1e-6  # s, so that five steps of 0.2 s make a second in floating point
+
+
+# What changes sign when left and right are swapped: of people and objects x, the velocities va and vx, and cos a; the
+# robot's turning; x and sin o of wall segments; x of the goal.
+_MIRROR_SIGNS: Final = np.ones(NUM_NODE_FEATURES, dtype=np.float32)
+_MIRROR_SIGNS[[8, 10, 11, 14, 18, 19, 21, 22, 25, 32, 34, 38]] = -1
+_WALL_DIRECTION: Final = (34, 35)  # sin o and cos o
+
+
+class NodeKind(IntEnum):
+    """What a node stands for; the value is its place in the type one-hot."""
+
+    PERSON = 0
+    OBJECT = 1
+    ROOM = 2
+    WALL = 3
+    GOAL = 4
+
+
+class Relation(IntEnum):
+    """What an edge means, source first. The value is its place in the relation one-hot."""
+
+    GOAL_ROOM = 0
+    OBJECT_PERSON = 1
+    OBJECT_ROOM = 2
+    PERSON_OBJECT = 3
+    PERSON_PERSON = 4
+    PERSON_ROOM = 5
+    PERSON_WALL = 6
+    ROOM_GOAL = 7
+    ROOM_OBJECT = 8
+    ROOM_PERSON = 9
+    ROOM_WALL = 10
+    SELF = 11
+    WALL_PERSON = 12
+    WALL_ROOM = 13
+    NOW_TO_SECOND = 14  # from the newest frame to the one a second older
+    SECOND_TO_NOW = 15
+    SECOND_TO_THIRD = 16
+    THIRD_TO_SECOND = 17
+
+
+NUM_RELATIONS: Final = len(Relation)
+
+# (num_kinds,) the relation of the edge between the room and a node, by the node's kind; none to itself
+TO_ROOM: Final = np.array(
+    [Relation.PERSON_ROOM, Relation.OBJECT_ROOM, -1, Relation.WALL_ROOM, Relation.GOAL_ROOM], dtype=np.int32
+)
+FROM_ROOM: Final = np.array(
+    [Relation.ROOM_PERSON, Relation.ROOM_OBJECT, -1, Relation.ROOM_WALL, Relation.ROOM_GOAL], dtype=np.int32
+)
+
+
+@dataclass(frozen=True, eq=False)
+class SceneGraph:
+    """A window of frames as one graph, every edge written out.
+
+    features: (num_nodes, 42), the newest frame's room node first
+    sources, targets: (num_edges,) node indices
+    relations: (num_edges,) of `Relation`
+    lengths: (num_edges,) as the network sees them; 0 on self and temporal edges
+    """
+
+    features: Float32Array
+    sources: Int32Array
+    targets: Int32Array
+    relations: Int32Array
+    lengths: Float32Array
+
+    @property
+    def edge_features(self) -> Float32Array:
+        """(num_edges, 18) the relation's one-hot, its last place overwritten with the length."""
+        features = np.zeros((len(self.relations), NUM_EDGE_FEATURES), dtype=np.float32)
+        features[np.arange(len(self.relations)), self.relations] = 1
+        features[:, LENGTH_FEATURE] = self.lengths
+        return features
+
+
+def wall_segments(walls: FloatArray) -> IntArray:
+    """How many equal segments each wall is cut into.
+
+    walls: (num_walls, 4) [m]. Returns (num_walls,). A window uses its newest snapshot's answer for all its frames.
+    """
+    lengths = np.hypot(walls[:, 2] - walls[:, 0], walls[:, 3] - walls[:, 1])
+    return (lengths / _WALL_SEGMENT).astype(np.int64) + 1
+
+
+def select_window(timestamps: Sequence[float], num_frames: int = NUM_FRAMES) -> list[int]:
+    """Which snapshots make the window, newest first.
+
+    The newest one, then as many more as there may be, each the first at least a second older than the one before.
+    timestamps: [s], oldest first, not empty.
+    """
+    chosen = [len(timestamps) - 1]
+    for index in range(len(timestamps) - 2, -1, -1):
+        if len(chosen) == num_frames:
+            break
+        if timestamps[chosen[-1]] - timestamps[index] >= FRAME_SPACING - _TIME_TOLERANCE:
+            chosen.append(index)
+    return chosen
+
+
+def frame_graph(snapshot: Snapshot, segments: IntArray) -> FrameGraph:
+    """One snapshot's nodes and edges.
+
+    segments: (num_walls,) from `wall_segments`, of the newest snapshot of the scene.
+    Raises `ScenarioError` where two objects interact, for which the graph has no relation, or where the number of
+    walls is not that of `segments`.
+    """
+    if len(segments) != len(snapshot.walls):
+        raise ScenarioError(
+            f"a scene's walls must not change: {len(segments)} walls in its newest snapshot, "
+            f"{len(snapshot.walls)} in an older one"
+        )
+    people, objects = snapshot.people, snapshot.objects
+    words = packed_frame(
+        Entities(_whole(people.ids), _real(people.poses), _real(people.velocities)),
+        Entities(_whole(objects.ids), _real(objects.poses), _real(objects.velocities)),
+        _real(objects.sizes),
+        _real(snapshot.command),
+        _real(snapshot.goal),
+        _real(snapshot.walls),
+        segments,
+        _whole(snapshot.interactions.pairs),
+        float(snapshot.interval),
+    )
+    frame = FrameGraph.of_words(words)
+    if snapshot.interactions.relations:
+        check_links(frame)
+    return frame
+
+
+def check_links(frame: FrameGraph) -> None:
+    """Raise `ScenarioError` where two objects interact, for which the graph has no relation."""
+    if frame.link_relations.min(initial=0) < 0:
+        raise ScenarioError("an interaction joins two objects; at least one of the two must be a person")
+
+
+def sequence_frames(sequence: SceneSequence) -> list[FrameGraph]:
+    """The frames of a sequence's window, newest first: what its last second is judged by."""
+    chosen = select_window([snapshot.timestamp for snapshot in sequence])
+    return all_frames(replace(sequence, snapshots=tuple(sequence.snapshots[index] for index in reversed(chosen))))
+
+
+def all_frames(sequence: SceneSequence) -> list[FrameGraph]:
+    """A frame for each snapshot of a sequence, newest first."""
+    segments = wall_segments(sequence.last.walls)
+    try:
+        return [frame_graph(snapshot, segments) for snapshot in reversed(sequence.snapshots)]
+    except ScenarioError as error:
+        raise ScenarioError(f"{sequence.name}: {error}") from None
+
+
+def scene_graph(frames: Sequence[FrameGraph]) -> SceneGraph:
+    """Join up to three frames, newest first, into one graph with all its edges written out."""
+    starts = np.cumsum([0, *(len(frame) for frame in frames)])
+    arrays = [frame.arrays for frame in frames]
+    features = np.concatenate([frame.features for frame in arrays])
+    parts = []
+    for time, frame in enumerate(arrays):
+        features[starts[time] : starts[time + 1], TIME_FEATURES + time] = 1
+        parts += [_shifted(edges, starts[time]) for edges in _frame_edges(frame)]
+    for time in range(len(frames) - 1):
+        newer, older = matching_nodes(arrays[time].keys, arrays[time + 1].keys)
+        newer, older = newer + starts[time], older + starts[time + 1]
+        parts.append(_plain_edges(newer, older, Relation.NOW_TO_SECOND + 2 * time))
+        parts.append(_plain_edges(older, newer, Relation.SECOND_TO_NOW + 2 * time))
+    sources, targets, relations, lengths = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+    return SceneGraph(
+        features,
+        sources.astype(np.int32),
+        targets.astype(np.int32),
+        relations.astype(np.int32),
+        lengths.astype(np.float32),
+    )
+
+
+def mirrored_frame(frame: FrameGraph, *, turn_walls: bool = False) -> FrameGraph:
+    """The frame of the scene with left and right swapped; the same as mirroring the snapshot first.
+
+    turn_walls: let the walls run the other way, too. Recorded walls run clockwise, those of a mirror image run
+        anticlockwise unless they are turned; the network sees the difference.
+    """
+    signs = _MIRROR_SIGNS.copy()
+    if turn_walls:
+        signs[list(_WALL_DIRECTION)] *= -1
+    return frame.replaced(features=frame.features * signs)
+
+
+def matching_nodes(first: IntArray, second: IntArray) -> tuple[IntArray, IntArray]:
+    """The indices at which two frames' keys are equal, pair by pair."""
+    if np.array_equal(first, second):
+        indices = np.arange(len(first))
+        return indices, indices
+    _, in_first, in_second = np.intersect1d(first, second, assume_unique=True, return_indices=True)
+    return in_first, in_second
+
+
+_Edges = tuple[NDArray[np.generic], NDArray[np.generic], NDArray[np.generic], NDArray[np.generic]]
+
+
+def _frame_edges(frame: FrameArrays) -> list[_Edges]:
+    nodes = np.arange(len(frame.kinds))
+    others, room = nodes[1:], np.zeros(len(nodes) - 1, dtype=np.int64)
+    kinds, lengths = frame.kinds[1:], frame.lengths[1:]
+    return [
+        (others, room, TO_ROOM[kinds], lengths),
+        (room, others, FROM_ROOM[kinds], lengths),
+        (frame.link_sources, frame.link_targets, frame.link_relations, frame.link_lengths),
+        _plain_edges(nodes, nodes, Relation.SELF),
+    ]
+
+
+def _plain_edges(sources: IntArray, targets: IntArray, relation: int) -> _Edges:
+    return sources, targets, np.full(len(sources), relation), np.zeros(len(sources))
+
+
+def _shifted(edges: _Edges, start: int) -> _Edges:
+    sources, targets, relations, lengths = edges
+    return sources + start, targets + start, relations, lengths
+
+
+# Compiled code is made anew for every memory layout it meets, which takes seconds: it shall meet one only.
+def _real(values: FloatArray) -> FloatArray:
+    return np.ascontiguousarray(values, dtype=np.float64)
+
+
+def _whole(values: IntArray) -> IntArray:
+    return np.ascontiguousarray(values, dtype=np.int64)

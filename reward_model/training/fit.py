@@ -1,0 +1,264 @@
+"""Train a network on labelled windows: early stopping, deterministic by seed, resumable after any interruption."""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from reward_model.base.arrays import Float32Array
+from reward_model.data.labelled_windows import LabelledWindows, data_digest
+from reward_model.networks.factorised_mpnn import EdgelessMPNN
+from reward_model.training.state import (
+    TrainingState,
+    generator_tensors,
+    load_state,
+    named,
+    restore_generators,
+    save_state,
+    unnamed,
+)
+
+if TYPE_CHECKING:
+    from reward_model.networks.registry import TrainableNetwork
+
+_Indices = np.ndarray[tuple[int], np.dtype[np.int64]]
+_LEAK = 0.1  # slope below zero while training; a network that answers below zero could not learn its way back
+_EVALUATED_AT_ONCE = 256  # windows
+_EVALUATED_ON_DGL = 32  # windows; there every edge may have a matrix of its own
+
+
+@dataclass(frozen=True)
+class TrainingConfig:
+    """How to train.
+
+    patience: epochs without a better development error before training stops
+    """
+
+    max_epochs: int = 60
+    patience: int = 8
+    batch_size: int = 64
+    learning_rate: float = 2e-3
+    weight_decay: float = 1e-6
+    seed: int = 0
+    device: str = "cpu"
+
+    def __post_init__(self) -> None:
+        for name in ("max_epochs", "patience", "batch_size", "learning_rate"):
+            if not getattr(self, name) > 0:
+                raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
+
+
+class Epoch(NamedTuple):
+    """Mean squared errors after one pass over the training windows, the mean of Q1's and Q2's where both were asked."""
+
+    number: int
+    train_error: float
+    development_error: float
+
+
+class DivergedError(ValueError):
+    """No error of a training ever was a number."""
+
+
+def best_epoch(history: Sequence[Epoch]) -> Epoch:
+    """The first epoch with the smallest development error; one that is no number is the worst."""
+    return min(history, key=lambda epoch: float(np.nan_to_num(epoch.development_error, nan=math.inf)))
+
+
+def fit(
+    network: TrainableNetwork,
+    train: LabelledWindows,
+    development: LabelledWindows,
+    config: TrainingConfig,
+    after_epoch: Callable[[Epoch], None] = lambda epoch: None,
+    state_file: Path | None = None,
+    resume: bool = False,
+) -> list[Epoch]:
+    """Train in place; the network ends with the weights of its best epoch on the development windows.
+
+    The learning rate falls to a hundredth along a half cosine. Returns every epoch's errors.
+    after_epoch: called with every epoch when it is over, after `state_file` holds it; when a training is taken up
+        again, first with those that it had
+    state_file: written after every epoch; with `resume`, the training in it goes on to the end that it would have had
+    Raises `ValueError` where one of the two holds no score at all, `DivergedError` where no error ever was a number,
+    and `TrainingStateError` where `state_file` does not hold this training.
+    """
+    for name, data in (("train", train), ("development", development)):
+        if np.isnan(data.scores).all():
+            raise ValueError(f"the {name} windows must hold at least one score, got {len(data)} windows without any")
+    training = _Training(network, train, development, config)
+    with torch.random.fork_rng():  # dropout draws from PyTorch's own generators
+        torch.manual_seed(config.seed)
+        if resume:
+            if state_file is None:
+                raise ValueError("resume needs the state_file of the training to go on with")
+            training.restore(state_file)
+            for epoch in training.history:
+                after_epoch(epoch)
+        while not training.is_over():
+            training.run_epoch()
+            if state_file is not None:
+                training.save(state_file)
+            after_epoch(training.history[-1])
+    if math.isnan(training.best.development_error):
+        raise DivergedError(
+            f"training got out of hand, no error is a number; lower learning_rate {config.learning_rate}"
+        )
+    network.load_state_dict(training.best_state)
+    network.eval()
+    return training.history
+
+
+def errors(network: TrainableNetwork, data: LabelledWindows, device: str = "cpu") -> Float32Array:
+    """(2,) the mean squared errors of Q1 and Q2, NaN for a question that was never asked."""
+    squares, counts = torch.zeros(2), torch.zeros(2)
+    for answers, scores in _answered(network, data, device):
+        difference, known = _differences(answers, scores)
+        squares += (difference**2).sum(dim=0).cpu()
+        counts += known.sum(dim=0).cpu()
+    result: Float32Array = (squares / counts).numpy()
+    return result
+
+
+def predicted(network: TrainableNetwork, data: LabelledWindows, device: str = "cpu") -> Float32Array:
+    """(num_windows, 2) a network's answers, never below 0."""
+    answers = [answers.cpu().numpy() for answers, _ in _answered(network, data, device)]
+    result: Float32Array = np.concatenate([np.zeros((0, 2), dtype=np.float32), *answers])
+    return result
+
+
+def _answered(network: TrainableNetwork, data: LabelledWindows, device: str) -> Iterator[tuple[Tensor, Tensor]]:
+    """Answers and scores, part by part, without dropout or gradients."""
+    size = _EVALUATED_AT_ONCE if isinstance(network, EdgelessMPNN) else _EVALUATED_ON_DGL
+    was_training = network.training
+    network.eval()
+    with torch.no_grad():
+        for start in range(0, len(data), size):
+            answers, scores = _answers(network, data, np.arange(start, min(start + size, len(data))), device)
+            yield torch.relu(answers), scores
+    network.train(was_training)
+
+
+class _Training:
+    """A network on its way, epoch by epoch."""
+
+    def __init__(
+        self, network: TrainableNetwork, train: LabelledWindows, development: LabelledWindows, config: TrainingConfig
+    ) -> None:
+        self.network, self.train, self.development, self.config = network, train, development, config
+        self.generator = np.random.default_rng(config.seed)
+        network.to(config.device).train()
+        steps = config.max_epochs * -(-len(train) // config.batch_size)
+        rate = config.learning_rate
+        self.optimizer = torch.optim.AdamW(network.parameters(), lr=rate, weight_decay=config.weight_decay)
+        self.schedule = torch.optim.lr_scheduler.CosineAnnealingLR(self.optimizer, steps, rate / 100)
+        self.history: list[Epoch] = []
+        self.best_state = copy.deepcopy(network.state_dict())
+
+    @property
+    def best(self) -> Epoch:
+        return best_epoch(self.history)
+
+    def is_over(self) -> bool:
+        if not self.history:
+            return False
+        number = self.history[-1].number
+        return number >= self.config.max_epochs or number - self.best.number >= self.config.patience
+
+    def run_epoch(self) -> None:
+        order = self.generator.permutation(len(self.train))
+        train_error = _one_pass(self.network, self.train, order, self.config, self.optimizer, self.schedule)
+        asked = ~np.isnan(self.development.scores).all(axis=0)
+        development_error = float(errors(self.network, self.development, self.config.device)[asked].mean())
+        self.history.append(Epoch(len(self.history) + 1, train_error, development_error))
+        if self.best is self.history[-1]:
+            self.best_state = copy.deepcopy(self.network.state_dict())
+
+    def save(self, path: Path) -> None:
+        optimizer = self.optimizer.state_dict()
+        moments = {
+            f"{index}.{name}": tensor for index, values in optimizer["state"].items() for name, tensor in values.items()
+        }
+        progress = {
+            "generator": self.generator.bit_generator.state,
+            "optimizer": optimizer["param_groups"],
+            "schedule": self.schedule.state_dict(),
+            "history": self.history,
+        }
+        tensors = {
+            **named("network", self.network.state_dict()),
+            **named("best", self.best_state),
+            **named("optimizer", moments),
+            **generator_tensors(),
+        }
+        save_state(path, TrainingState(self._run(), progress, tensors))
+
+    def restore(self, path: Path) -> None:
+        state = load_state(path, self._run())
+        moments: dict[int, dict[str, Tensor]] = {}
+        for name, tensor in unnamed("optimizer", state.tensors).items():
+            index, key = name.split(".")
+            moments.setdefault(int(index), {})[key] = tensor
+        self.network.load_state_dict(unnamed("network", state.tensors))
+        self.best_state = unnamed("best", state.tensors)
+        self.optimizer.load_state_dict({"state": moments, "param_groups": state.progress["optimizer"]})
+        self.schedule.load_state_dict(state.progress["schedule"])
+        self.generator.bit_generator.state = state.progress["generator"]
+        self.history = [Epoch(*epoch) for epoch in state.progress["history"]]
+        restore_generators(state.tensors)
+
+    def _run(self) -> dict[str, object]:
+        """What makes this training this one."""
+        shapes = {name: list(tensor.shape) for name, tensor in self.network.state_dict().items()}
+        digests = {"train_data": data_digest(self.train), "development_data": data_digest(self.development)}
+        return asdict(self.config) | digests | {"network": [type(self.network).__name__, shapes]}
+
+
+def _one_pass(
+    network: TrainableNetwork,
+    data: LabelledWindows,
+    order: _Indices,
+    config: TrainingConfig,
+    optimizer: torch.optim.Optimizer,
+    schedule: torch.optim.lr_scheduler.LRScheduler,
+) -> float:
+    total, count = 0.0, 0
+    for start in range(0, len(order), config.batch_size):
+        chosen = order[start : start + config.batch_size]
+        answers, scores = _answers(network, data, chosen, config.device)
+        difference, known = _differences(torch.nn.functional.leaky_relu(answers, _LEAK), scores)
+        loss = _weighted_mean(difference**2, known, data, chosen)
+        optimizer.zero_grad()
+        loss.backward()  # type: ignore[no-untyped-call]
+        torch.nn.utils.clip_grad_norm_(network.parameters(), 1.0)
+        optimizer.step()
+        schedule.step()
+        total, count = total + loss.item() * len(answers), count + len(answers)
+    return total / count
+
+
+def _answers(network: TrainableNetwork, data: LabelledWindows, chosen: _Indices, device: str) -> tuple[Tensor, Tensor]:
+    answers = network.answers([data.windows[index] for index in chosen.tolist()], device)
+    return answers, torch.from_numpy(data.scores[chosen]).to(device)
+
+
+def _weighted_mean(squares: Tensor, known: Tensor, data: LabelledWindows, chosen: _Indices) -> Tensor:
+    if data.weights is None:
+        return squares.sum() / known.sum().clamp(min=1)
+    weights = torch.from_numpy(data.weights[chosen]).to(squares.device)
+    total = (weights * known).sum()
+    return (weights * squares).sum() / torch.where(total > 0, total, 1.0)
+
+
+def _differences(answers: Tensor, scores: Tensor) -> tuple[Tensor, Tensor]:
+    """What each answer is off by, 0 where there is no score, and where there is one."""
+    known = ~scores.isnan()
+    return torch.where(known, answers - scores, 0.0), known

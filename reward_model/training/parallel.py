@@ -1,0 +1,97 @@
+"""Many trainings at once, each in a folder of its own, so that none is lost and none is done twice.
+
+A session under way keeps its state in its folder and one that is over its result. Whoever works on a session holds its
+lock: after a crash it is taken up where it was, and a process that outlived its parent is waited for.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, Final, Literal
+
+import joblib
+import torch
+from filelock import FileLock
+from rich.progress import Progress
+
+from reward_model.base.files import replace_file
+from reward_model.data.loading import load_parts
+from reward_model.training.fit import DivergedError
+from reward_model.training.session import STATE_FILE, Session, learn
+
+Backend = Literal["loky", "ray"]
+RESULT_FILE: Final = "result.json"
+FAILED: Final = "failed"  # the key of a result that says why there is none
+_LOCK_FILE: Final = ".lock"
+
+
+def run_sessions(
+    sessions: Mapping[str, Session], folder: Path, jobs: int = 1, backend: Backend = "loky"
+) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Run sessions in folders of their names, as many at a time as there are jobs; names and results as they come.
+
+    What is there already is taken up or, where it is over, read. A result is what the checkpoint says about itself;
+    of a training that got out of hand it holds `FAILED`.
+    Raises `ValueError` where the backend is not there, and what `load_parts` and `fit` raise.
+    """
+    if jobs < 1:
+        raise ValueError(f"jobs must be at least 1, got {jobs}")
+    order: Literal["generator_unordered", "list"] = "generator_unordered"
+    if backend == "ray":
+        _register_ray()
+        order = "list"  # Ray's backend gives results back when all are there; in their folders they are before
+    with joblib.parallel_config(backend=backend, n_jobs=jobs):
+        yield from joblib.Parallel(return_as=order, pre_dispatch="n_jobs")(
+            joblib.delayed(_named)(name, session, folder / name) for name, session in sessions.items()
+        )
+
+
+def run_session(session: Session, folder: Path) -> dict[str, Any]:
+    """Run one session, or read what it resulted in; see `run_sessions`."""
+    result_file, state_file = folder / RESULT_FILE, folder / STATE_FILE
+    folder.mkdir(parents=True, exist_ok=True)
+    with FileLock(folder / _LOCK_FILE):
+        if not result_file.exists():
+            result = _learned(session, folder, state_file.exists())
+            replace_file(result_file, (json.dumps(result, indent=2) + "\n").encode())
+        state_file.unlink(missing_ok=True)
+    return read_result(folder)
+
+
+def read_result(folder: Path) -> dict[str, Any]:
+    """What a session that is over resulted in. Raises `ValueError` where that cannot be read."""
+    path = folder / RESULT_FILE
+    try:
+        result: dict[str, Any] = json.loads(path.read_text())
+    except (OSError, ValueError) as error:
+        raise ValueError(
+            f"{path}: must hold the result of a session; delete {folder} to run it anew ({error})"
+        ) from None
+    return result
+
+
+def _named(name: str, session: Session, folder: Path) -> tuple[str, dict[str, Any]]:
+    return name, run_session(session, folder)
+
+
+def _learned(session: Session, folder: Path, resume: bool) -> dict[str, Any]:
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)  # sums depend on the number of threads, and results shall not on that of jobs
+    try:
+        with Progress(disable=True) as progress:
+            parts = load_parts(session.data, progress)
+        return learn(session, parts, folder, resume=resume)
+    except DivergedError as error:
+        return {FAILED: str(error)}
+    finally:
+        torch.set_num_threads(threads)
+
+
+def _register_ray() -> None:
+    try:
+        importlib.import_module("ray.util.joblib").register_ray()
+    except ImportError as error:
+        raise ValueError(f'backend ray needs Ray: pip install "socnav2[ray]" ({error})') from None

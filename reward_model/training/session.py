@@ -1,0 +1,169 @@
+"""Training and evaluating networks on data sets: what the commands `train` and `evaluate` do."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Final, Literal
+
+import numpy as np
+from rich.progress import Progress, TaskID
+
+from reward_model.analysis.evaluation import error_histogram, report
+from reward_model.base.arrays import Float32Array
+from reward_model.base.files import replace_file
+from reward_model.base.progress import progress_bars
+from reward_model.data.examples import DatasetError, Examples, Part
+from reward_model.data.loading import DataConfig, load_part, load_parts
+from reward_model.networks.checkpoint import Checkpoint, NetworkConfig, save_checkpoint
+from reward_model.networks.registry import trainable_network, usable_device
+from reward_model.scenes.ratings import QUESTIONS
+from reward_model.scorer import SocialScorer
+from reward_model.training.fit import Epoch, TrainingConfig, best_epoch, errors, fit
+
+STATE_FILE: Final = "training_state.safetensors"
+CURVE_FILE: Final = "curve.csv"
+TENSORBOARD_FOLDER: Final = "tensorboard"
+_SCORED_AT_ONCE: Final = 100  # windows between two moves of the progress bar
+
+
+@dataclass(frozen=True)
+class Session:
+    """One training: of what, on what, and how.
+
+    clips_alike: clips weigh the same, however many people scored them; else scores do
+    """
+
+    data: DataConfig
+    network: NetworkConfig
+    training: TrainingConfig
+    clips_alike: bool = True
+
+
+def train(session: Session, output: Path, resume: bool = False) -> dict[str, Any]:
+    """Train a network and save it as a checkpoint in `output`, beside its curve and logs.
+
+    resume: go on with the training that was interrupted there
+    Returns what the checkpoint says about itself. Raises `ValueError`s for what is wrong with data or options.
+    """
+    usable_device(session.network, session.training.device)
+    if not resume and (output / STATE_FILE).exists():
+        raise DatasetError(f"{output}: holds a training already; resume it or choose another output")
+    with progress_bars(kept=True) as progress:
+        parts = load_parts(session.data, progress)
+        bar = progress.add_task("train", total=session.training.max_epochs)
+        with _Log(output, progress, bar) as log:
+            about = learn(session, parts, output, log, resume)
+    for question in sorted(set(QUESTIONS) - set(about["questions"])):
+        progress.console.print(
+            f"[yellow]nobody was asked for {question.upper()}: this network's {question} means nothing"
+        )
+    return about
+
+
+def learn(
+    session: Session,
+    parts: dict[Part, Examples],
+    output: Path,
+    after_epoch: Callable[[Epoch], None] = lambda epoch: None,
+    resume: bool = False,
+) -> dict[str, Any]:
+    """Train on parts of a data set and save the checkpoint, which keeps what this returns; see `train`."""
+    data, config = session.data, session.training
+    network = trainable_network(session.network, config.seed)
+    learned = parts["train"].labelled_clips(session.clips_alike)
+    history = fit(network, learned, parts["development"].labelled(), config, after_epoch, output / STATE_FILE, resume)
+    best = best_epoch(history)
+    about: dict[str, Any] = {
+        "data": data.path.name,
+        "questions": _asked(parts["train"]),
+        "examples": {part: len(examples) for part, examples in parts.items()},
+        "augmentation": data.augmentation,
+        "frames": data.frames,
+        "teacher": data.teacher,
+        "training": asdict(config),
+        "epochs": len(history),
+        "best_epoch": best.number,
+        "train_error": best.train_error,
+        "development_error": best.development_error,
+        "parameters": sum(parameter.numel() for parameter in network.parameters()),
+    }
+    if "test" in parts:
+        found = errors(network, parts["test"].labelled(), config.device).tolist()
+        about["test_error"] = {q: e for q, e in zip(QUESTIONS, found, strict=True) if not np.isnan(e)}
+    state = {name: tensor.cpu() for name, tensor in network.state_dict().items()}
+    save_checkpoint(output, Checkpoint(session.network, state, about))
+    return about
+
+
+def evaluate(
+    scorer: SocialScorer, data: DataConfig, part: Part | Literal["all"], output: Path | None = None
+) -> dict[str, Any]:
+    """Compare a network with people's scores.
+
+    output: a folder for `evaluation.json` and a histogram of absolute errors a question
+    Returns the report. Raises as `load_part`.
+    """
+    with progress_bars() as progress:
+        examples = load_part(data, part, progress)
+        answers = _answers(scorer, examples, progress)
+    found = {"weights": scorer.name, "data": str(data.path), "part": part, "examples": len(examples)}
+    document = found | report(answers, examples.scores, examples.ratings())
+    if output is not None:
+        replace_file(output / "evaluation.json", (json.dumps(document, indent=2) + "\n").encode())
+        for question in _asked(examples):
+            image = error_histogram(answers, examples.scores, question)
+            replace_file(output / f"absolute_errors_{question}.png", image)
+    return document
+
+
+class _Log:
+    """Tells of every epoch: on the terminal, in a CSV file and in TensorBoard."""
+
+    def __init__(self, folder: Path, progress: Progress, bar: TaskID) -> None:
+        from torch.utils.tensorboard import SummaryWriter
+
+        self._folder, self._progress, self._bar = folder, progress, bar
+        self._epochs: list[Epoch] = []
+        folder.mkdir(parents=True, exist_ok=True)
+        # A resumed training tells its epochs anew; what was logged before is void.
+        self._writer = SummaryWriter(str(folder / TENSORBOARD_FOLDER), purge_step=0)
+
+    def __enter__(self) -> Callable[[Epoch], None]:
+        return self._after_epoch
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._writer.close()
+
+    def _after_epoch(self, epoch: Epoch) -> None:
+        self._epochs.append(epoch)
+        text = io.StringIO()
+        table = csv.writer(text, lineterminator="\n")
+        table.writerow(["epoch", "train_error", "development_error"])
+        table.writerows(self._epochs)
+        replace_file(self._folder / CURVE_FILE, text.getvalue().encode())
+        for name in ("train", "development"):
+            value = getattr(epoch, f"{name}_error")
+            self._writer.add_scalar(f"error/{name}", value, epoch.number)
+        line = f"train, errors {epoch.train_error:.5f} / {epoch.development_error:.5f}"
+        self._progress.update(self._bar, advance=1, description=line)
+
+
+def _answers(scorer: SocialScorer, examples: Examples, progress: Progress) -> Float32Array:
+    bar = progress.add_task("score", total=len(examples))
+    answers = []
+    for start in range(0, len(examples), _SCORED_AT_ONCE):
+        answers.append(scorer.score_windows(examples.windows[start : start + _SCORED_AT_ONCE]))
+        progress.advance(bar, len(answers[-1]))
+    return np.concatenate(answers)
+
+
+def _asked(examples: Examples) -> list[str]:
+    return [question for column, question in enumerate(QUESTIONS) if not np.isnan(examples.scores[:, column]).all()]

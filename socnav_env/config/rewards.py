@@ -1,0 +1,62 @@
+"""What a user can set about rewards: the weights of their named terms."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+
+from socnav_env.config.checks import ConfigError, check_number
+
+Mix = tuple[tuple[str, float], ...]  # rewards by name, and how much of each
+
+
+@dataclass(frozen=True)
+class RewardConfig:
+    """Weights of the named reward terms.
+
+    social: of Q2 - 1 in `learned`, of the raw scores in `q1` and `q2`, each step
+    arrival, contact: once, at the end; in `learned` and `sparse`
+    crowdnav_arrival, crowdnav_contact: likewise in `crowdnav` (Chen et al. 2019)
+    crowdnav_discomfort: [1/(m s)] of each step that ends too close to someone
+    crowdnav_discomfort_distance: [m] between surfaces, below which that is
+    dsrnn_progress: [1/m] towards the goal, in `dsrnn` (Liu et al. 2021)
+    dsrnn_arrival, dsrnn_contact: once, at the end
+    dsrnn_discomfort: [1/(m s)] of each step that ends too close to someone; theirs is 2.5 in a step of 0.25 s
+    dsrnn_discomfort_distance: [m] between surfaces, below which that is
+    mix: what the reward `mix` is made of: names, and how much of each
+    """
+
+    social: float = 1.0
+    arrival: float = 50.0
+    contact: float = -50.0
+    crowdnav_arrival: float = 1.0
+    crowdnav_contact: float = -0.25
+    crowdnav_discomfort: float = 0.5
+    crowdnav_discomfort_distance: float = 0.2
+    dsrnn_progress: float = 2.0
+    dsrnn_arrival: float = 10.0
+    dsrnn_contact: float = -20.0
+    dsrnn_discomfort: float = 10.0
+    dsrnn_discomfort_distance: float = 0.25
+    mix: Mix = (("learned", 1.0), ("crowdnav", 1.0))
+
+    def __post_init__(self) -> None:
+        for each in dataclasses.fields(self):
+            if each.name == "mix":
+                continue
+            least = 0 if each.name.endswith("_distance") else -math.inf
+            check_number(f"reward.{each.name}", getattr(self, each.name), least, math.inf)
+        _check_mix(self.mix)
+
+
+def _check_mix(mix: object) -> None:
+    """Refuse what is not names, each once, with numbers. Which names there are is known to `socnav_env.rewards`."""
+    pairs = mix if isinstance(mix, tuple) and mix else ((),)
+    for pair in pairs:
+        if not (isinstance(pair, tuple) and len(pair) == 2 and isinstance(pair[0], str)):
+            raise ConfigError(f'reward.mix must be pairs such as (("learned", 1.0), ("crowdnav", 0.5)), got {mix!r}')
+        check_number(f"reward.mix: {pair[0]}", pair[1], -math.inf, math.inf)
+    names = [pair[0] for pair in pairs]
+    if len(set(names)) < len(names):
+        raise ConfigError(f"reward.mix must name each reward once, got {', '.join(names)}")

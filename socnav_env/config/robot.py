@@ -1,0 +1,79 @@
+"""What a user can set about the robot."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from socnav_env.config.checks import ConfigError, check_choice, check_number
+
+DIFFERENTIAL, HOLONOMIC = "differential", "holonomic"
+DRIVES = (DIFFERENTIAL, HOLONOMIC)
+MOST_NOISE = 3.0  # standard deviations, at which noise is cut off
+
+RATED_SPEED = 3.5 / 9.4  # m/s, the fastest robot that the raters of SocNav2 saw
+RATED_TURN_RATE = 4.0 / 10.32  # rad/s, likewise
+
+
+@dataclass(frozen=True)
+class RobotConfig:
+    """A round robot.
+
+    drive: "differential" (forward and turn) or "holonomic" (forward, to the left and turn)
+    radius: [m] as wide as a person, like the service robots this is about (TIAGo 0.27, Pepper 0.24)
+    max_forward_speed, max_backward_speed: [m/s]; default: the fastest that SocNav2's raters saw
+    max_sideways_speed: [m/s] of a holonomic robot, to either side
+    max_turn_rate: [rad/s]; default likewise
+    max_acceleration: [m/s^2] by which its velocity, a vector in its own frame, changes at most; None: at once
+    max_turn_acceleration: [rad/s^2] likewise
+    speed_noise, turn_noise: [m/s], [rad/s] standard deviation of what it does from what it is told, drawn once each
+        control period, at full speed or full turn rate; in proportion less for a gentler command, so that a robot
+        told to stand does. Normal, cut off at three deviations.
+    arrival_radius: [m] the robot has arrived when its centre is this close to the goal
+    min_goal_distance: [m] between the robot's start and the goal
+    """
+
+    drive: str = DIFFERENTIAL
+    radius: float = 0.25
+    max_forward_speed: float = RATED_SPEED
+    max_backward_speed: float = RATED_SPEED
+    max_sideways_speed: float = RATED_SPEED
+    max_turn_rate: float = RATED_TURN_RATE
+    max_acceleration: float | None = None
+    max_turn_acceleration: float | None = None
+    speed_noise: float = 0.0
+    turn_noise: float = 0.0
+    arrival_radius: float = 0.5
+    min_goal_distance: float = 2.0
+
+    def __post_init__(self) -> None:
+        check_choice("robot.drive", self.drive, DRIVES)
+        for name in ("radius", "max_forward_speed", "max_turn_rate", "arrival_radius"):
+            check_number(f"robot.{name}", getattr(self, name), 1e-3, math.inf)
+        for name in ("max_backward_speed", "max_sideways_speed", "speed_noise", "turn_noise", "min_goal_distance"):
+            check_number(f"robot.{name}", getattr(self, name), 0, math.inf)
+        for name in ("max_acceleration", "max_turn_acceleration"):
+            if getattr(self, name) is not None:
+                check_number(f"robot.{name}", getattr(self, name), 1e-3, math.inf)
+        if self.min_goal_distance <= self.arrival_radius:
+            raise ConfigError(
+                "robot.min_goal_distance must be larger than robot.arrival_radius, "
+                f"got {self.min_goal_distance} and {self.arrival_radius}"
+            )
+
+    @property
+    def is_holonomic(self) -> bool:
+        """Whether it can drive to the side."""
+        return self.drive == HOLONOMIC
+
+    @property
+    def top_speed(self) -> float:
+        """[m/s] that it can be told to drive at, in whichever direction is fastest."""
+        sideways = self.max_sideways_speed if self.is_holonomic else 0.0
+        return max(self.max_forward_speed, self.max_backward_speed, sideways)
+
+    @property
+    def in_rated_range(self) -> bool:
+        """Whether the raters of SocNav2 saw such a robot: none that drives sideways, and none that is faster."""
+        slow = self.top_speed <= RATED_SPEED + 1e-9 and self.max_turn_rate <= RATED_TURN_RATE + 1e-9
+        return slow and not self.is_holonomic

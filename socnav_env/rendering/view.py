@@ -1,0 +1,68 @@
+"""What a picture of a scene shows, as plain arrays: between whoever knows the scene and whoever draws it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from reward_model.base.arrays import BoolArray, FloatArray, IntArray
+from reward_model.scenes.scene import Scores
+
+
+def _no_rows(columns: int) -> FloatArray:
+    return np.zeros((0, columns))
+
+
+@dataclass(frozen=True, eq=False)
+class HeatOverlay:
+    """What the robot's last second would be worth were it elsewhere in the room.
+
+    low, high: (2,) opposite corners [m] of the grid
+    scores: (num_x, num_y) at the centres of its cells; NaN outside of the room
+    """
+
+    low: FloatArray
+    high: FloatArray
+    scores: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class SceneView:
+    """What is drawn of one instant, in the world frame: SI units, angles counter-clockwise.
+
+    corners: (num_corners, 2) of the room
+    robot_pose: (3,) x, y, heading
+    goal: (2,)
+    people_poses: (num_people, 3); people_walk: (num_people,) whether each one is a walker
+    object_poses: (num_objects, 3); object_sizes: (num_objects, 2); object_kinds: (num_objects,) of `ObjectKind`
+    interaction_lines: (num_interactions, 4) x1, y1, x2, y2 between those who interact
+    trail: (num_points, 2) where the robot has been, oldest first
+    trail_marks: (num_frames, 3) robot poses of the frames that the learned reward looks at
+    scores: q1 and q2, None where nobody judges
+    time: [s] since the episode began, of time_limit [s]
+    outcome: how the episode ended, None while it runs
+    heat: to be laid under the scene, None for none
+    rings: whether everyone's intimate and personal space is drawn
+    """
+
+    corners: FloatArray
+    robot_pose: FloatArray
+    robot_radius: float
+    goal: FloatArray
+    arrival_radius: float
+    people_poses: FloatArray = field(default_factory=lambda: _no_rows(3))
+    people_walk: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
+    people_radius: float = 0.25
+    object_poses: FloatArray = field(default_factory=lambda: _no_rows(3))
+    object_sizes: FloatArray = field(default_factory=lambda: _no_rows(2))
+    object_kinds: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    interaction_lines: FloatArray = field(default_factory=lambda: _no_rows(4))
+    trail: FloatArray = field(default_factory=lambda: _no_rows(2))
+    trail_marks: FloatArray = field(default_factory=lambda: _no_rows(3))
+    scores: Scores | None = None
+    time: float = 0.0
+    time_limit: float = 60.0
+    outcome: str | None = None
+    heat: HeatOverlay | None = None
+    rings: bool = False
