@@ -15,8 +15,7 @@ from reward_model.base.arrays import Float32Array
 from reward_model.fast.engine import FusedNetwork
 from reward_model.fast.from_checkpoint import FLAT_KINDS, flat_network, tensor_shapes
 from reward_model.fast.relational_weights import flat_layers
-from reward_model.fast.scoring import Scoring, ScoringTogether, check_window
-from reward_model.graph.windows import FrameGraph, sequence_frames
+from reward_model.graph.windows import NUM_FRAMES, FrameGraph, sequence_frames
 from reward_model.networks.checkpoint import Checkpoint, CheckpointError, NetworkConfig, load_checkpoint
 from reward_model.networks.factorised_mpnn import EdgelessMPNN, propagate
 from reward_model.networks.operator_cache import OPERATORS_FILE, kept_operators
@@ -32,10 +31,6 @@ _LARGEST_BATCH: Final = 256  # windows at once, so that memory stays small for a
 class _Network(Protocol):
     def __call__(self, windows: Sequence[Sequence[FrameGraph]]) -> Float32Array:
         """(num_windows, 2) scores."""
-        ...
-
-    def begin(self, num_windows: int) -> Scoring:
-        """Take so many windows one by one."""
         ...
 
 
@@ -81,15 +76,9 @@ class SocialScorer:
         if not windows:
             return np.zeros((0, 2), dtype=np.float32)
         for index, window in enumerate(windows):
-            check_window(window, f"window {index}")
+            if not 1 <= len(window) <= NUM_FRAMES:
+                raise ValueError(f"window {index} must have 1 to {NUM_FRAMES} frames, got {len(window)}")
         return self._network(windows)
-
-    def begin(self, num_windows: int) -> Scoring:
-        """Score windows as they come: return what takes so many, one by one, and then gives the scores of each.
-
-        The compiled network scores the first ones in other threads meanwhile, where PyTorch is set to more than one.
-        """
-        return self._network.begin(num_windows)
 
 
 def _network(checkpoint: Checkpoint, form: Form, device: torch.device, operators_file: Path | None) -> _Network:
@@ -120,9 +109,6 @@ class _CompiledMPNN:
         self._layers = [layer.to(device) for layer in layers]
         self._device = device
 
-    def begin(self, num_windows: int) -> Scoring:
-        return ScoringTogether(self) if self._fused is None else self._fused.begin(num_windows)
-
     def __call__(self, windows: Sequence[Sequence[FrameGraph]]) -> Float32Array:
         if self._fused is not None:
             return self._fused(windows)
@@ -143,9 +129,6 @@ class _OnDGL:
         _load_state(self._network, checkpoint)
         self._network.eval().to(device)
         self._device = device
-
-    def begin(self, num_windows: int) -> Scoring:
-        return ScoringTogether(self)
 
     def __call__(self, windows: Sequence[Sequence[FrameGraph]]) -> Float32Array:
         with torch.inference_mode():

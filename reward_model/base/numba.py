@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
@@ -30,27 +30,6 @@ def njit(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]
 
     compiled.get_call_template = get_call_template
     return cast(Callable[Parameters, Result], compiled)
-
-
-def chosen_by_type(functions: Mapping[type, Callable[..., None]]) -> Callable[[Any, Any, Any], None]:
-    """For compiled code: of functions of three arguments that `njit` made, that for the last one's type, a tuple.
-
-    It is chosen when the caller is compiled, and the others are not compiled at all.
-    """
-
-    def chosen(typing: Any, first: Any, second: Any, last: Any) -> Any:
-        made: Any = functions[last.instance_class]
-        function = types.Dispatcher(made)
-        signature = function.get_call_type(typing, (first, second, last), {})
-
-        def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
-            call = context.get_function(function, signature)
-            context.add_linking_libs(call.libs)
-            return call(builder, arguments)
-
-        return signature, generate
-
-    return cast(Callable[[Any, Any, Any], None], intrinsic(chosen))
 
 
 def machine_code(function: Callable[Parameters, Result], *arguments: Any) -> Callable[Parameters, Result]:

@@ -1,7 +1,7 @@
 """The graph attention network's arithmetic on flat windows, in compiled code (Velickovic et al. 2018, eq. 1 to 6).
 
 A head's attention to an edge is a_l . W h_source + a_r . W h_target. Both terms are linear in the node, so they are
-columns beside W's: one product for all nodes gives what they say, how they are heard and how they listen.
+columns beside W's: one product for all nodes gives their messages and both terms of every head's attention.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 from reward_model.base.arrays import Float32Array, IntArray
 from reward_model.base.numba import njit
 from reward_model.fast.elu import apply_elu
-from reward_model.fast.grouped_window import FEATURES, NUM_KINDS, NUM_MEETING, Edges, Nodes, Stack, flat_windows
+from reward_model.fast.grouped_window import FEATURES, NUM_KINDS, NUM_MANY_TO_ONE, Edges, Nodes, Stack, flat_windows
 from reward_model.fast.matmul import add_product
 from reward_model.graph.windows import NUM_FRAMES
 
@@ -35,7 +35,7 @@ class GATLayer(NamedTuple):
     """One layer's arrays.
 
     matrices: (kinds * in, width) by kind of node in the first layer, else the same for all (kinds = 1); what each head
-        says, side by side, then how each head's edges are heard (a_l), then how each head listens (a_r), then padding
+        sends, side by side, then the sender's term of each head's attention (a_l), the receiver's (a_r), and padding
     bias: (heads * out,)
     heads, outputs: of each head
     slope: of the attention's leaky ReLU
@@ -65,11 +65,11 @@ def score_by_attention(stack: Stack, scores: Float32Array, network: AttentionNet
     layer = gat_layer_at(network.weights, network.shapes[0])
     for index in range(last + 1):
         layer = gat_layer_at(network.weights, network.shapes[index])
-        known = _products(nodes, layer, hidden) if index == 0 else _product(layer, hidden)
-        # Only what the newest rooms can still hear: all nodes of so many frames, and the rooms of the next one.
+        projected = _project_features(nodes, layer, hidden) if index == 0 else _project(layer, hidden)
+        # What still reaches the newest rooms: all nodes of so many frames, and the rooms of the next one.
         num_sections = min((last - index) * NUM_KINDS + 1, NUM_FRAMES * NUM_KINDS)
         num_nodes = nodes.starts[num_sections * num_windows]
-        hidden = _heard(incoming, layer, known, _attention(incoming, layer, known, num_nodes), num_nodes)
+        hidden = _aggregate(incoming, layer, projected, _attention(incoming, layer, projected, num_nodes), num_nodes)
         if index < last:
             apply_elu(hidden)
     for window in range(num_windows):
@@ -97,10 +97,10 @@ def _incoming(nodes: Nodes, edges: Edges) -> _Incoming:
     starts = np.zeros(num_nodes + 2, dtype=np.int64)  # each node's place is counted one further on, then moved along
     for node in range(num_nodes):
         starts[node + 2] = 1 + (nodes.newer[node] >= 0) + (nodes.older[node] >= 0)
-    first_parting = edges.bounds[NUM_MEETING, 0]
+    first_one_to_many = edges.bounds[NUM_MANY_TO_ONE, 0]
     for group in range(len(edges.centres)):
         for edge in range(edges.starts[group], edges.starts[group + 1]):
-            starts[(edges.centres[group] if group < first_parting else edges.others[edge]) + 2] += 1
+            starts[(edges.centres[group] if group < first_one_to_many else edges.others[edge]) + 2] += 1
     for node in range(num_nodes):
         starts[node + 2] += starts[node + 1]
     sources = np.empty(starts[num_nodes + 1], dtype=np.int64)
@@ -113,77 +113,77 @@ def _incoming(nodes: Nodes, edges: Edges) -> _Incoming:
         centre = edges.centres[group]
         for edge in range(edges.starts[group], edges.starts[group + 1]):
             other = edges.others[edge]
-            source, target = (other, centre) if group < first_parting else (centre, other)
+            source, target = (other, centre) if group < first_one_to_many else (centre, other)
             sources[starts[target + 1]] = source
             starts[target + 1] += 1
     return _Incoming(starts[: num_nodes + 1], sources)
 
 
 @njit
-def _products(nodes: Nodes, layer: GATLayer, hidden: Float32Array) -> Float32Array:
-    """The first layer's, whose matrices have rows for the features alone that a kind of node has."""
+def _project_features(nodes: Nodes, layer: GATLayer, hidden: Float32Array) -> Float32Array:
+    """The first layer's projections; its matrices have rows for those features alone that a kind of node has."""
     num_windows = (len(nodes.starts) - 1) // (NUM_FRAMES * NUM_KINDS)
-    known = np.zeros((len(hidden), layer.matrices.shape[1]), dtype=np.float32)
+    projected = np.zeros((len(hidden), layer.matrices.shape[1]), dtype=np.float32)
     for section in range(NUM_FRAMES * NUM_KINDS):
         first, last = nodes.starts[section * num_windows], nodes.starts[(section + 1) * num_windows]
         kind = section % NUM_KINDS
         matrix = kind * hidden.shape[1]
-        add_product(hidden, first, 0, layer.matrices, matrix, known, first, last - first, _NUM_FEATURES[kind])
-    return known
+        add_product(hidden, first, 0, layer.matrices, matrix, projected, first, last - first, _NUM_FEATURES[kind])
+    return projected
 
 
 @njit
-def _product(layer: GATLayer, hidden: Float32Array) -> Float32Array:
-    known = np.zeros((len(hidden), layer.matrices.shape[1]), dtype=np.float32)
-    add_product(hidden, 0, 0, layer.matrices, 0, known, 0, len(hidden), hidden.shape[1])
-    return known
+def _project(layer: GATLayer, hidden: Float32Array) -> Float32Array:
+    projected = np.zeros((len(hidden), layer.matrices.shape[1]), dtype=np.float32)
+    add_product(hidden, 0, 0, layer.matrices, 0, projected, 0, len(hidden), hidden.shape[1])
+    return projected
 
 
 @njit
-def _attention(incoming: _Incoming, layer: GATLayer, known: Float32Array, num_nodes: int) -> Float32Array:
-    """(num_edges, heads) how much each of the first nodes' edges is heard: 1 in sum over a node's."""
+def _attention(incoming: _Incoming, layer: GATLayer, projected: Float32Array, num_nodes: int) -> Float32Array:
+    """(num_edges, heads) the attention to each of the first nodes' incoming edges: 1 in sum over a node's."""
     heads, slope = layer.heads, layer.slope
     from_column = heads * layer.outputs
     to_column = from_column + heads
-    shares = np.empty((incoming.starts[num_nodes], heads), dtype=np.float32)
+    attention = np.empty((incoming.starts[num_nodes], heads), dtype=np.float32)
     for node in range(num_nodes):
         first, last = incoming.starts[node], incoming.starts[node + 1]
         for head in range(heads):
             highest = np.float32(-np.inf)
             for edge in range(first, last):
-                share = known[incoming.sources[edge], from_column + head] + known[node, to_column + head]
-                shares[edge, head] = share if share > 0 else slope * share
-                highest = max(highest, shares[edge, head])
+                score = projected[incoming.sources[edge], from_column + head] + projected[node, to_column + head]
+                attention[edge, head] = score if score > 0 else slope * score
+                highest = max(highest, attention[edge, head])
             for edge in range(first, last):
-                shares[edge, head] -= highest
-    apply_elu(shares)  # none is above 0, so this is exp(x) - 1
+                attention[edge, head] -= highest
+    apply_elu(attention)  # none is above 0, so this is exp(x) - 1
     for node in range(num_nodes):
         first, last = incoming.starts[node], incoming.starts[node + 1]
         for head in range(heads):
             total = np.float32(0)
             for edge in range(first, last):
-                shares[edge, head] += np.float32(1)
-                total += shares[edge, head]
+                attention[edge, head] += np.float32(1)
+                total += attention[edge, head]
             for edge in range(first, last):
-                shares[edge, head] /= total
-    return shares
+                attention[edge, head] /= total
+    return attention
 
 
 @njit
-def _heard(
-    incoming: _Incoming, layer: GATLayer, known: Float32Array, shares: Float32Array, num_nodes: int
+def _aggregate(
+    incoming: _Incoming, layer: GATLayer, projected: Float32Array, attention: Float32Array, num_nodes: int
 ) -> Float32Array:
-    """(num_nodes, heads * out) what each node hears, the bias included."""
+    """(num_nodes, heads * out) the sums of messages, weighted by attention, plus the bias."""
     outputs = layer.outputs
-    heard = np.empty((num_nodes, layer.heads * outputs), dtype=np.float32)
+    aggregated = np.empty((num_nodes, layer.heads * outputs), dtype=np.float32)
     for node in range(num_nodes):
-        heard[node] = layer.bias
-        row = heard[node]
+        aggregated[node] = layer.bias
+        row = aggregated[node]
         for edge in range(incoming.starts[node], incoming.starts[node + 1]):
-            said = known[incoming.sources[edge]]  # views, since indices of the matrices take four times as long
+            messages = projected[incoming.sources[edge]]  # views, since indices of the matrices take four times as long
             for head in range(layer.heads):
-                share, first, last = shares[edge, head], head * outputs, (head + 1) * outputs
-                of_head, of_row = said[first:last], row[first:last]
+                weight, first, last = attention[edge, head], head * outputs, (head + 1) * outputs
+                of_head, of_row = messages[first:last], row[first:last]
                 for column in range(outputs):
-                    of_row[column] += share * of_head[column]
-    return heard
+                    of_row[column] += weight * of_head[column]
+    return aggregated

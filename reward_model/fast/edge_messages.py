@@ -1,8 +1,9 @@
-"""Messages along edges that have a length: what nodes hear in groups that meet at one node or part from one.
+"""Messages along edges that have a length, in groups of edges that share their receiver or their sender.
 
-A relation's matrix is a sum of a few with coefficients that depend on the length. Where edges meet, what they carry is
-summed up before it is multiplied; where they part, it is multiplied before it is shared out. Our own networks have a
-matrix for each of a few lengths and are linear in between: an edge needs two of them, a group those around its edges.
+A relation's matrix is a sum of a few matrices with coefficients that depend on the length. In a many-to-one group the
+senders' features are aggregated before they are multiplied; in a one-to-many group the sender's features are multiplied
+before the products are scattered to the receivers. Networks with tabulated edges have a matrix at each of a few lengths
+and interpolate linearly: an edge needs two of them, a group those around the lengths of its edges.
 """
 
 from __future__ import annotations
@@ -14,52 +15,52 @@ from numpy.typing import NDArray
 
 from reward_model.base.arrays import Float32Array, IntArray
 from reward_model.base.numba import njit
-from reward_model.fast.grouped_window import NUM_GROUPED, NUM_INTO_ROOM, NUM_MEETING, Edges
-from reward_model.fast.matmul import LANES, add_product, tile_1_1, tile_2_1
+from reward_model.fast.grouped_window import NUM_GROUPED, NUM_INTO_ROOM, NUM_MANY_TO_ONE, Edges
+from reward_model.fast.matmul import LANES, add_one_vector, add_product
 from reward_model.fast.relational_weights import Layer
 from reward_model.graph.windows import NUM_FRAMES
 
 _ONE: Final = np.float32(1.0)
 
 
-class OnCurves(NamedTuple):
-    """Where edges are on their relations' curves: an edge's matrix is a sum of a few that stand side by side.
+class EdgeMatrices(NamedTuple):
+    """The matrix of each edge: a sum, with coefficients, of a few of its relation's matrices that stand side by side.
 
-    matrices: (num_edges,) the first of the relation's matrices in the sum
+    first: (num_edges,) the first of the relation's matrices in the sum
     coefficients: (num_edges, width) of it and of those that follow
-    used: (num_groups, rank) the matrices that a group's edges need
+    used: (num_groups, rank) whether a group's edges need a matrix
     """
 
-    matrices: IntArray
+    first: IntArray
     coefficients: Float32Array
     used: NDArray[np.bool_]
 
 
 @njit
-def on_curves(layer: Layer, edges: Edges, whole: int) -> OnCurves:
-    """Look every edge's length up in its relation's table; edges that only older frames need are left out."""
+def find_edge_matrices(layer: Layer, edges: Edges, num_full_frames: int) -> EdgeMatrices:
+    """The matrices of edges by their lengths, from tables; edges that only older frames need are left out."""
     columns = layer.tables.shape[2]
     width = 2 if columns == 0 else columns
-    matrices, coefficients = np.zeros(len(edges.lengths), np.int64), np.empty((len(edges.lengths), width), np.float32)
+    first, coefficients = np.zeros(len(edges.lengths), np.int64), np.empty((len(edges.lengths), width), np.float32)
     used = np.zeros((len(edges.centres), layer.rank), dtype=np.bool_)
     for relation in range(NUM_GROUPED):
         knots, table = layer.knots[relation], layer.tables[relation]
-        for group in range(edges.bounds[relation, 0], edges.bounds[relation, min(whole + 1, NUM_FRAMES)]):
+        for group in range(edges.bounds[relation, 0], edges.bounds[relation, min(num_full_frames + 1, NUM_FRAMES)]):
             for edge in range(edges.starts[group], edges.starts[group + 1]):
                 knot = _last_knot(knots, edges.lengths[edge])
                 share = (edges.lengths[edge] - knots[knot]) / (knots[knot + 1] - knots[knot])
                 if columns == 0:
-                    matrices[edge], coefficients[edge, 0], coefficients[edge, 1] = knot, _ONE - share, share
+                    first[edge], coefficients[edge, 0], coefficients[edge, 1] = knot, _ONE - share, share
                 for column in range(columns):
                     coefficients[edge, column] = table[knot, column] * (_ONE - share) + table[knot + 1, column] * share
-                for matrix in range(matrices[edge], matrices[edge] + width):
+                for matrix in range(first[edge], first[edge] + width):
                     used[group, matrix] = True
-    return OnCurves(matrices, coefficients, used)
+    return EdgeMatrices(first, coefficients, used)
 
 
 @njit
-def relation_shares(edges: Edges, num_nodes: int) -> OnCurves:
-    """For networks with one matrix a relation, where a node averages what it hears over its edges of a relation."""
+def relation_means(edges: Edges, num_nodes: int) -> EdgeMatrices:
+    """The same for networks with one matrix a relation, whose nodes average the messages of each relation."""
     num_edges = len(edges.lengths)
     coefficients, counts = np.empty((num_edges, 1), dtype=np.float32), np.empty(num_nodes, dtype=np.int64)
     targets = np.empty(num_edges, dtype=np.int64)
@@ -68,17 +69,17 @@ def relation_shares(edges: Edges, num_nodes: int) -> OnCurves:
         counts[:] = 0
         for group in range(first_group, last_group):
             for edge in range(edges.starts[group], edges.starts[group + 1]):
-                targets[edge] = edges.centres[group] if relation < NUM_MEETING else edges.others[edge]
+                targets[edge] = edges.centres[group] if relation < NUM_MANY_TO_ONE else edges.others[edge]
                 counts[targets[edge]] += 1
         for edge in range(edges.starts[first_group], edges.starts[last_group]):
             coefficients[edge, 0] = _ONE / np.float32(counts[targets[edge]])
     used = np.ones((len(edges.centres), 1), dtype=np.bool_)
-    return OnCurves(np.zeros(num_edges, dtype=np.int64), coefficients, used)
+    return EdgeMatrices(np.zeros(num_edges, dtype=np.int64), coefficients, used)
 
 
 @njit
 def _last_knot(knots: Float32Array, length: float) -> int:
-    """The last knot that is not beyond a length, but for the very last one."""
+    """The last knot that is not beyond a length, the table's very last one excepted."""
     first, count = 0, len(knots) - 1
     while count > 1:
         half = count // 2
@@ -89,81 +90,95 @@ def _last_knot(knots: Float32Array, length: float) -> int:
 
 
 @njit
-def add_meeting(
-    edges: Edges, layer: Layer, curves: OnCurves, hidden: Float32Array, out: Float32Array, whole: int
+def add_many_to_one(
+    edges: Edges,
+    layer: Layer,
+    edge_matrices: EdgeMatrices,
+    hidden: Float32Array,
+    out: Float32Array,
+    num_full_frames: int,
 ) -> None:
-    """What meets in a node is summed up before it is multiplied."""
+    """Add the messages of many-to-one groups: the senders' features are aggregated, then multiplied."""
     rank, inputs = layer.rank, hidden.shape[1]
-    turned = curves.coefficients.T
-    for relation in range(NUM_MEETING):
-        times = min(whole + 1, NUM_FRAMES) if relation < NUM_INTO_ROOM else whole
+    transposed = edge_matrices.coefficients.T
+    for relation in range(NUM_MANY_TO_ONE):
+        times = min(num_full_frames + 1, NUM_FRAMES) if relation < NUM_INTO_ROOM else num_full_frames
         first, last = edges.bounds[relation, 0], edges.bounds[relation, times]
         rows, nodes = np.arange(last - first) * rank, edges.centres[first:last]
-        heard = np.zeros(((last - first) * rank, inputs), dtype=np.float32)
+        aggregated = np.zeros(((last - first) * rank, inputs), dtype=np.float32)
         for group in range(first, last):
-            _sum_up(edges, curves, turned, group, hidden, heard, rows[group - first])
-        if curves.coefficients.shape[1] == rank:
-            _multiply_all(heard.reshape(last - first, rank * inputs), layer.measured, relation, out, nodes)
+            _aggregate(edges, edge_matrices, transposed, group, hidden, aggregated, rows[group - first])
+        if edge_matrices.coefficients.shape[1] == rank:
+            _multiply_all(aggregated.reshape(last - first, rank * inputs), layer.measured, relation, out, nodes)
         else:
-            _multiply(heard, rows, 1, layer.measured, relation, curves.used[first:last], out, nodes, 0)
+            _multiply(aggregated, rows, 1, layer.measured, relation, edge_matrices.used[first:last], out, nodes, 0)
 
 
 @njit
-def _sum_up(
+def _aggregate(
     edges: Edges,
-    curves: OnCurves,
-    turned: Float32Array,
+    edge_matrices: EdgeMatrices,
+    transposed: Float32Array,
     group: int,
     hidden: Float32Array,
-    heard: Float32Array,
+    aggregated: Float32Array,
     row: int,
 ) -> None:
-    """Add a group's other ends to the rows of the matrices that they will be multiplied with, from `row` on."""
-    edge, end, width = edges.starts[group], edges.starts[group + 1], len(turned)
+    """Add the features of a group's senders to the rows of the matrices that will multiply them, from `row` on."""
+    edge, end, width = edges.starts[group], edges.starts[group + 1], len(transposed)
     while edge < end:
-        run, matrix = _alike(edges.others, curves.matrices, edge, end), row + curves.matrices[edge]
+        run, matrix = _run_length(edges.others, edge_matrices.first, edge, end), row + edge_matrices.first[edge]
         if width == 2:
             for column in range(0, hidden.shape[1], LANES):
-                tile_2_1(turned, 0, edge, hidden, edges.others[edge], heard, matrix, column, run)
+                add_one_vector(transposed, 0, edge, hidden, edges.others[edge], aggregated, matrix, column, 2, run)
         else:
-            add_product(turned, 0, edge, hidden, edges.others[edge], heard, matrix, width, run)
+            add_product(transposed, 0, edge, hidden, edges.others[edge], aggregated, matrix, width, run)
         edge += run
 
 
 @njit
-def add_parting(
-    edges: Edges, layer: Layer, curves: OnCurves, hidden: Float32Array, out: Float32Array, whole: int
+def add_one_to_many(
+    edges: Edges,
+    layer: Layer,
+    edge_matrices: EdgeMatrices,
+    hidden: Float32Array,
+    out: Float32Array,
+    num_full_frames: int,
 ) -> None:
-    """What parts from a node is multiplied before it is shared out."""
-    for relation in range(NUM_MEETING, NUM_GROUPED):
-        first, last = edges.bounds[relation, 0], edges.bounds[relation, whole]
+    """Add the messages of one-to-many groups: the sender's features are multiplied, then scattered."""
+    for relation in range(NUM_MANY_TO_ONE, NUM_GROUPED):
+        first, last = edges.bounds[relation, 0], edges.bounds[relation, num_full_frames]
         rows, nodes = np.arange(last - first) * layer.rank, edges.centres[first:last]
-        said = np.zeros(((last - first) * layer.rank, out.shape[1]), dtype=np.float32)
-        _multiply(hidden, nodes, 0, layer.measured, relation, curves.used[first:last], said, rows, 1)
+        messages = np.zeros(((last - first) * layer.rank, out.shape[1]), dtype=np.float32)
+        _multiply(hidden, nodes, 0, layer.measured, relation, edge_matrices.used[first:last], messages, rows, 1)
         for group in range(first, last):
-            _share_out(edges, curves, group, said, rows[group - first], out)
+            _scatter(edges, edge_matrices, group, messages, rows[group - first], out)
 
 
 @njit
-def _share_out(edges: Edges, curves: OnCurves, group: int, said: Float32Array, row: int, out: Float32Array) -> None:
-    """Add to a group's other ends what the products from `row` on have for them."""
-    edge, end, width = edges.starts[group], edges.starts[group + 1], curves.coefficients.shape[1]
+def _scatter(
+    edges: Edges, edge_matrices: EdgeMatrices, group: int, messages: Float32Array, row: int, out: Float32Array
+) -> None:
+    """Add the products from `row` on to the receivers of a group, each times its edge's coefficient."""
+    edge, end, width = edges.starts[group], edges.starts[group + 1], edge_matrices.coefficients.shape[1]
     while edge < end:
-        run, matrix = 1, row + curves.matrices[edge]
+        run, matrix = 1, row + edge_matrices.first[edge]
         if width == 2:
             for column in range(0, out.shape[1], LANES):
-                tile_1_1(curves.coefficients, edge, 0, said, matrix, out, edges.others[edge], column, width)
+                add_one_vector(
+                    edge_matrices.coefficients, edge, 0, messages, matrix, out, edges.others[edge], column, 1, width
+                )
         else:
-            run = _alike(edges.others, curves.matrices, edge, end)
-            add_product(curves.coefficients, edge, 0, said, matrix, out, edges.others[edge], run, width)
+            run = _run_length(edges.others, edge_matrices.first, edge, end)
+            add_product(edge_matrices.coefficients, edge, 0, messages, matrix, out, edges.others[edge], run, width)
         edge += run
 
 
 @njit
-def _alike(others: IntArray, matrices: IntArray, edge: int, end: int) -> int:
-    """How many edges from one on have the same matrices and, at their other ends, nodes that follow each other."""
+def _run_length(others: IntArray, first_matrices: IntArray, edge: int, end: int) -> int:
+    """The number of edges from one on that have the same matrices and, at their other ends, consecutive nodes."""
     last = edge + 1
-    while last < end and others[last] == others[last - 1] + 1 and matrices[last] == matrices[edge]:
+    while last < end and others[last] == others[last - 1] + 1 and first_matrices[last] == first_matrices[edge]:
         last += 1
     return last - edge
 

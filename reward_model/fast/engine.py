@@ -18,16 +18,12 @@ import numpy as np
 import torch
 
 from reward_model.base.arrays import Float32Array
-from reward_model.fast.ahead import ScoringAhead
 from reward_model.fast.grouped_window import stack_windows
 from reward_model.fast.relational_kernels import KERNELS, FlatNetwork
-from reward_model.fast.scoring import Scoring, ScoringTogether
 from reward_model.graph.frame import FrameGraph
 
 _TOGETHER: Final = 8  # windows that go through the layers together; what they need stays in a core's own cache
 _LEAST_SHARE: Final = 4  # windows that are worth a thread of their own
-_GROUPS_EACH: Final = 2  # that make it worth to have another thread wait for windows
-_LEAST_GROUPS: Final = 4  # of windows that come one by one: for the first the threads wait, for the last the caller
 
 
 class FusedNetwork:
@@ -55,14 +51,6 @@ class FusedNetwork:
         for other in others:
             other.result()
         return scores
-
-    def begin(self, num_windows: int) -> Scoring:
-        """Take so many windows one by one; threads besides the caller's score the first ones meanwhile."""
-        if num_windows < _LEAST_GROUPS or torch.get_num_threads() == 1:
-            return ScoringTogether(self)
-        group_size = min(_TOGETHER, num_windows // _LEAST_GROUPS)
-        num_threads = min(torch.get_num_threads() - 1, num_windows // group_size // _GROUPS_EACH)
-        return ScoringAhead(self._network, num_windows, group_size, _threads(num_threads), num_threads)
 
     def _score(self, windows: Sequence[Sequence[FrameGraph]], scores: Float32Array) -> None:
         for start in range(0, len(windows), _TOGETHER):

@@ -1,7 +1,8 @@
-"""Windows of frames as flat arrays, as the fused network walks through them: nodes, and edges in groups.
+"""Windows of frames as flat arrays, the way compiled code reads them: nodes by kind, edges in groups.
 
-Nodes stand together by the frame's place in its window, then by kind, then by window. So what is multiplied with one
-matrix are rows one after the other, and what later layers leave out stands at the end.
+Nodes stand together by their frame's place in its window, then by kind, then by window. So the rows that are multiplied
+with one matrix are consecutive, and the nodes that later layers leave out stand at the end. Edges that have a length
+stand in groups of one relation and one centre: the receiver of a many-to-one group, the sender of a one-to-many group.
 """
 
 from __future__ import annotations
@@ -21,19 +22,19 @@ NUM_KINDS: Final = len(KINDS)
 # For each of KINDS the features that are not 0 on its nodes: the kind, the place in the window, the kind's own.
 FEATURES: Final = tuple(COLUMNS[kind] for kind in KINDS)
 
-# Relations whose edges meet at their target, which hears a sum, and those whose edges part at their source.
-MEETING: Final = (*(Relation(TO_ROOM[kind]) for kind in KINDS[1:]), Relation.WALL_PERSON)
-PARTING: Final = (
+# Relations whose edges are grouped by their receiver, and those whose edges are grouped by their sender.
+MANY_TO_ONE: Final = (*(Relation(TO_ROOM[kind]) for kind in KINDS[1:]), Relation.WALL_PERSON)
+ONE_TO_MANY: Final = (
     *(Relation(FROM_ROOM[kind]) for kind in KINDS[1:]),
     Relation.OBJECT_PERSON,
     Relation.PERSON_OBJECT,
     Relation.PERSON_PERSON,
     Relation.PERSON_WALL,
 )
-GROUPED: Final = (*MEETING, *PARTING)
-NUM_MEETING: Final = len(MEETING)
+GROUPED: Final = (*MANY_TO_ONE, *ONE_TO_MANY)
+NUM_MANY_TO_ONE: Final = len(MANY_TO_ONE)
 NUM_GROUPED: Final = len(GROUPED)
-NUM_INTO_ROOM: Final = NUM_KINDS - 1  # the first of MEETING
+NUM_INTO_ROOM: Final = NUM_KINDS - 1  # the first of MANY_TO_ONE
 
 _PLACE_OF_KIND: Final = np.array([KINDS.index(kind) for kind in NodeKind])
 _PLACE_OF_RELATION: Final = np.array([GROUPED.index(each) if each in GROUPED else -1 for each in Relation])
@@ -56,18 +57,18 @@ class Nodes(NamedTuple):
     features: (num_nodes, 16) those in `FEATURES` of the node's kind, padded with zeros
     starts: (3 * 5 * num_windows + 1,) the first node of each place in the window, kind (as in KINDS) and window
     newer, older: (num_nodes,) the same thing's node in the next newer and the next older frame, -1 where there is none
-    shares: (num_nodes,) one over the number of edges that each node hears
+    inverse_degrees: (num_nodes,) one over the number of edges into each node, its own included
     """
 
     features: Float32Array
     starts: IntArray
     newer: IntArray
     older: IntArray
-    shares: Float32Array
+    inverse_degrees: Float32Array
 
 
 class Edges(NamedTuple):
-    """The edges that have a length, in groups of one relation and one centre, the node where they meet or part.
+    """The edges that have a length, in groups of one relation and one centre.
 
     others: (num_edges,) the node at the other end
     lengths: (num_edges,) of the edges
@@ -97,7 +98,7 @@ def flat_windows(stack: Stack) -> tuple[Nodes, Edges]:
     newer, older = _neighbours(stack, frames, places)
     features, lengths = _features(stack, frames, places)
     edges = _edges(stack, frames, starts, places, lengths)
-    return Nodes(features, starts, newer, older, _shares(newer, older, edges)), edges
+    return Nodes(features, starts, newer, older, _inverse_degrees(newer, older, edges)), edges
 
 
 @njit
@@ -213,7 +214,7 @@ def _edges(stack: Stack, frames: IntArray, starts: IntArray, places: IntArray, l
     num_windows = len(stack.sizes)
     group, edge = 0, 0
     for relation in range(NUM_GROUPED):
-        kind = 1 + (relation if relation < NUM_MEETING else relation - NUM_MEETING)
+        kind = 1 + (relation if relation < NUM_MANY_TO_ONE else relation - NUM_MANY_TO_ONE)
         of_room = kind < NUM_KINDS
         for time in range(NUM_FRAMES):
             edges.bounds[relation, time] = group
@@ -257,7 +258,7 @@ def _add_links(
         if _PLACE_OF_RELATION[words[at.link_relations + link]] != relation:
             continue
         source, target = places[first + words[at.link_sources + link]], places[first + words[at.link_targets + link]]
-        centre, other = (target, source) if relation < NUM_MEETING else (source, target)
+        centre, other = (target, source) if relation < NUM_MANY_TO_ONE else (source, target)
         if centre != last_centre:
             edges.centres[group], edges.starts[group] = centre, edge
             group, last_centre = group + 1, centre
@@ -267,16 +268,16 @@ def _add_links(
 
 
 @njit
-def _shares(newer: IntArray, older: IntArray, edges: Edges) -> Float32Array:
-    degrees = np.ones(len(newer), dtype=np.float32)  # its own
+def _inverse_degrees(newer: IntArray, older: IntArray, edges: Edges) -> Float32Array:
+    degrees = np.ones(len(newer), dtype=np.float32)  # a node's edge to itself
     for node in range(len(degrees)):
         degrees[node] += (newer[node] >= 0) + (older[node] >= 0)
-    first_parting = edges.bounds[NUM_MEETING, 0]
+    first_one_to_many = edges.bounds[NUM_MANY_TO_ONE, 0]
     for group in range(len(edges.centres)):
-        if group < first_parting:
+        if group < first_one_to_many:
             degrees[edges.centres[group]] += edges.starts[group + 1] - edges.starts[group]
         else:
             for edge in range(edges.starts[group], edges.starts[group + 1]):
                 degrees[edges.others[edge]] += 1
-    shares: Float32Array = np.reciprocal(degrees)
-    return shares
+    inverse: Float32Array = np.reciprocal(degrees)
+    return inverse

@@ -9,7 +9,7 @@ one rounding (a fused multiply-add of IEEE 754), so it depends on its row and it
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Final, cast
+from typing import Any, Final, NamedTuple, cast
 
 from llvmlite import ir
 from numba.core import cgutils, types
@@ -20,6 +20,9 @@ from reward_model.base.numba import njit
 
 LANES: Final = 8  # numbers in a vector: the widths of matrices are multiples of it
 
+# Rows of tiles by how many vectors wide they are, the tallest first: as many as 16 registers hold beside the factors.
+_HEIGHTS: Final = {1: (8, 4, 2, 1), 2: (6, 5, 4, 3, 2, 1), 3: (4, 3, 2, 1)}
+
 _BYTE: Final = ir.IntType(8)
 _OFFSET: Final = ir.IntType(64)
 _NUMBER: Final = ir.FloatType()
@@ -27,27 +30,7 @@ _VECTOR: Final = ir.VectorType(_NUMBER, LANES)
 _NUMBER_SIZE: Final = 4  # bytes, and how vectors are aligned
 _COPIES: Final = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
 
-
-_Tile = Callable[[Float32Array, int, int, Float32Array, int, Float32Array, int, int, int], None]
-
-
-def _tile(rows: int, vectors: int) -> _Tile:
-    """A function of compiled code: the part of a product that is so many rows high and so many vectors wide."""
-
-    @intrinsic
-    def tile(_: Any, left: Any, i: Any, j: Any, right: Any, k: Any, out: Any, row: Any, column: Any, inner: Any) -> Any:
-        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            matrices = [
-                _Matrix(builder, context.make_array(signature.args[place])(context, builder, arguments[place]))
-                for place in (0, 3, 5)
-            ]
-            numbers = (arguments[1], arguments[2], arguments[4], *arguments[6:])
-            _add_tile(builder, matrices, numbers, (rows, vectors))
-            return context.get_dummy_value()
-
-        return types.void(left, i, j, right, k, out, row, column, inner), generate
-
-    return cast(_Tile, tile)
+_AddColumns = Callable[[Float32Array, int, int, Float32Array, int, Float32Array, int, int, int, int], None]
 
 
 class _Matrix:
@@ -65,40 +48,91 @@ class _Matrix:
         return self._builder.bitcast(self._builder.gep(self._start, [offset]), kind.as_pointer())
 
 
-def _add_tile(builder: Any, matrices: list[_Matrix], numbers: Any, size: tuple[int, int]) -> None:
-    left, right, out = matrices
-    left_row, left_column, right_row, out_row, out_column, inner = numbers
-    left_rows, out_rows = (
-        [builder.add(first, _OFFSET(row)) for row in range(size[0])] for first in (left_row, out_row)
-    )
-    columns = [builder.add(out_column, _OFFSET(LANES * vector)) for vector in range(size[1])]
-    places = [[out.place(row, column, _VECTOR) for column in columns] for row in out_rows]
+class _Product(NamedTuple):
+    """The operands of a product in code that is being written; see `add_product`."""
+
+    left: _Matrix
+    left_row: Any
+    left_column: Any
+    right: _Matrix
+    right_row: Any
+    out: _Matrix
+    out_row: Any
+    out_column: Any
+    rows: Any
+    inner: Any
+
+
+def _columns_adder(vectors: int) -> _AddColumns:
+    """A function of compiled code that adds so many vectors of columns of a product.
+
+    Its arguments are those of `add_product`, with the first column before the number of rows. The rows are covered by
+    the tallest tiles as often as they fit, and then by each lower one once at most.
+    """
+
+    @intrinsic
+    def add_columns(
+        _: Any, left: Any, i: Any, j: Any, right: Any, k: Any, out: Any, row: Any, column: Any, rows: Any, inner: Any
+    ) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            operands = [
+                _Matrix(builder, context.make_array(kind)(context, builder, value)) if place in (0, 3, 5) else value
+                for place, (kind, value) in enumerate(zip(signature.args, arguments, strict=True))
+            ]
+            _add_column_of_tiles(builder, _Product(*operands), vectors)
+            return context.get_dummy_value()
+
+        return types.void(left, i, j, right, k, out, row, column, rows, inner), generate
+
+    return cast(_AddColumns, add_columns)
+
+
+def _add_column_of_tiles(builder: Any, product: _Product, vectors: int) -> None:
     with builder.goto_entry_block():
-        sums = [[builder.alloca(_VECTOR) for _ in columns] for _ in out_rows]
-    for row_places, row_sums in zip(places, sums, strict=True):
-        for place, one_sum in zip(row_places, row_sums, strict=True):
-            builder.store(builder.load(place, align=_NUMBER_SIZE), one_sum)
+        done = builder.alloca(_OFFSET)  # rows
+    builder.store(_OFFSET(0), done)
+
+    def add_tile(height: int) -> None:
+        _add_tile(builder, product, builder.load(done), height, vectors)
+        builder.store(builder.add(builder.load(done), _OFFSET(height)), done)
+
+    tallest, *lower = _HEIGHTS[vectors]
+    with cgutils.for_range(builder, builder.sdiv(product.rows, _OFFSET(tallest))):
+        add_tile(tallest)
+    for height in lower:
+        end = builder.add(builder.load(done), _OFFSET(height))
+        with builder.if_then(builder.icmp_signed("<=", end, product.rows)):
+            add_tile(height)
+
+
+def _add_tile(builder: Any, product: _Product, first_row: Any, height: int, vectors: int) -> None:
+    """Add the part of a product that is so many rows high, from a row on, and so many vectors wide."""
+    left_rows, out_rows = (
+        [builder.add(builder.add(start, first_row), _OFFSET(row)) for row in range(height)]
+        for start in (product.left_row, product.out_row)
+    )
+    columns = [builder.add(product.out_column, _OFFSET(LANES * vector)) for vector in range(vectors)]
+    places = [product.out.place(row, column, _VECTOR) for row in out_rows for column in columns]
+    with builder.goto_entry_block():
+        sums = [builder.alloca(_VECTOR) for _ in places]
+    for place, one_sum in zip(places, sums, strict=True):
+        builder.store(builder.load(place, align=_NUMBER_SIZE), one_sum)
     multiply_add = ir.FunctionType(_VECTOR, [_VECTOR] * 3)
     fused = cgutils.get_or_insert_function(builder.module, multiply_add, f"llvm.fma.v{LANES}f32")  # type: ignore[no-untyped-call]
-    with cgutils.for_range(builder, inner) as loop:
-        right_place, left_place = (builder.add(first, loop.index) for first in (right_row, left_column))
-        factors = [builder.load(right.place(right_place, column, _VECTOR), align=_NUMBER_SIZE) for column in columns]
-        for row, row_sums in zip(left_rows, sums, strict=True):
-            number = builder.load(left.place(row, left_place, _NUMBER))
+    with cgutils.for_range(builder, product.inner) as loop:
+        right_row, left_column = (builder.add(first, loop.index) for first in (product.right_row, product.left_column))
+        factors = [builder.load(product.right.place(right_row, each, _VECTOR), align=_NUMBER_SIZE) for each in columns]
+        for index, row in enumerate(left_rows):
+            number = builder.load(product.left.place(row, left_column, _NUMBER))
             vector = builder.insert_element(ir.Constant(_VECTOR, ir.Undefined), number, ir.IntType(32)(0))
             vector = builder.shuffle_vector(vector, ir.Constant(_VECTOR, ir.Undefined), _COPIES)
-            for one_sum, factor in zip(row_sums, factors, strict=True):
+            for one_sum, factor in zip(sums[index * vectors : (index + 1) * vectors], factors, strict=True):
                 builder.store(builder.call(fused, [vector, factor, builder.load(one_sum)]), one_sum)
-    for row_places, row_sums in zip(places, sums, strict=True):
-        for place, one_sum in zip(row_places, row_sums, strict=True):
-            builder.store(builder.load(one_sum), place, align=_NUMBER_SIZE)
+    for place, one_sum in zip(places, sums, strict=True):
+        builder.store(builder.load(one_sum), place, align=_NUMBER_SIZE)
 
 
-# Rows and vectors of columns of each tile: as many as 16 registers hold beside what they are made of.
-_tile_6_2, _tile_5_2, _tile_4_2 = _tile(6, 2), _tile(5, 2), _tile(4, 2)
-_tile_3_2, _tile_2_2, _tile_1_2 = _tile(3, 2), _tile(2, 2), _tile(1, 2)
-_tile_4_3, _tile_3_3, _tile_2_3, _tile_1_3 = _tile(4, 3), _tile(3, 3), _tile(2, 3), _tile(1, 3)
-_tile_8_1, _tile_4_1, tile_2_1, tile_1_1 = _tile(8, 1), _tile(4, 1), _tile(2, 1), _tile(1, 1)
+add_one_vector, _add_two_vectors, _add_three_vectors = _columns_adder(1), _columns_adder(2), _columns_adder(3)
 
 
 @njit
@@ -121,92 +155,10 @@ def add_product(
     """
     columns, column = out.shape[1], 0
     while columns - column > 4 * LANES or columns - column == 3 * LANES:
-        _add_columns_3(left, left_row, left_column, right, right_row, out, out_row, column, rows, inner)
+        _add_three_vectors(left, left_row, left_column, right, right_row, out, out_row, column, rows, inner)
         column += 3 * LANES
     while columns - column >= 2 * LANES:
-        _add_columns_2(left, left_row, left_column, right, right_row, out, out_row, column, rows, inner)
+        _add_two_vectors(left, left_row, left_column, right, right_row, out, out_row, column, rows, inner)
         column += 2 * LANES
     if column < columns:
-        _add_columns_1(left, left_row, left_column, right, right_row, out, out_row, column, rows, inner)
-
-
-@njit
-def _add_columns_1(
-    left: Float32Array,
-    i: int,
-    j: int,
-    right: Float32Array,
-    k: int,
-    out: Float32Array,
-    row: int,
-    column: int,
-    rows: int,
-    inner: int,
-) -> None:
-    end = row + rows
-    while row + 8 <= end:
-        _tile_8_1(left, i, j, right, k, out, row, column, inner)
-        i, row = i + 8, row + 8
-    if row + 4 <= end:
-        _tile_4_1(left, i, j, right, k, out, row, column, inner)
-        i, row = i + 4, row + 4
-    if row + 2 <= end:
-        tile_2_1(left, i, j, right, k, out, row, column, inner)
-        i, row = i + 2, row + 2
-    if row + 1 <= end:
-        tile_1_1(left, i, j, right, k, out, row, column, inner)
-        i, row = i + 1, row + 1
-
-
-@njit
-def _add_columns_2(
-    left: Float32Array,
-    i: int,
-    j: int,
-    right: Float32Array,
-    k: int,
-    out: Float32Array,
-    row: int,
-    column: int,
-    rows: int,
-    inner: int,
-) -> None:
-    end = row + rows
-    while row + 6 <= end:
-        _tile_6_2(left, i, j, right, k, out, row, column, inner)
-        i, row = i + 6, row + 6
-    if row + 5 == end:
-        _tile_5_2(left, i, j, right, k, out, row, column, inner)
-    elif row + 4 == end:
-        _tile_4_2(left, i, j, right, k, out, row, column, inner)
-    elif row + 3 == end:
-        _tile_3_2(left, i, j, right, k, out, row, column, inner)
-    elif row + 2 == end:
-        _tile_2_2(left, i, j, right, k, out, row, column, inner)
-    elif row + 1 == end:
-        _tile_1_2(left, i, j, right, k, out, row, column, inner)
-
-
-@njit
-def _add_columns_3(
-    left: Float32Array,
-    i: int,
-    j: int,
-    right: Float32Array,
-    k: int,
-    out: Float32Array,
-    row: int,
-    column: int,
-    rows: int,
-    inner: int,
-) -> None:
-    end = row + rows
-    while row + 4 <= end:
-        _tile_4_3(left, i, j, right, k, out, row, column, inner)
-        i, row = i + 4, row + 4
-    if row + 3 == end:
-        _tile_3_3(left, i, j, right, k, out, row, column, inner)
-    elif row + 2 == end:
-        _tile_2_3(left, i, j, right, k, out, row, column, inner)
-    elif row + 1 == end:
-        _tile_1_3(left, i, j, right, k, out, row, column, inner)
+        add_one_vector(left, left_row, left_column, right, right_row, out, out_row, column, rows, inner)

@@ -1,4 +1,4 @@
-"""The networks' arithmetic on flat windows, in compiled code: those with matrices by relation, and the way to GAT's."""
+"""The arithmetic of networks with a matrix for each relation (MPNN and R-GCN) on grouped windows, in compiled code."""
 
 from __future__ import annotations
 
@@ -9,9 +9,15 @@ from typing import Any, Final
 import numpy as np
 
 from reward_model.base.arrays import Float32Array, IntArray
-from reward_model.base.numba import chosen_by_type, njit
+from reward_model.base.numba import njit
 from reward_model.fast.attention_kernels import AttentionNetwork, score_by_attention
-from reward_model.fast.edge_messages import OnCurves, add_meeting, add_parting, on_curves, relation_shares
+from reward_model.fast.edge_messages import (
+    EdgeMatrices,
+    add_many_to_one,
+    add_one_to_many,
+    find_edge_matrices,
+    relation_means,
+)
 from reward_model.fast.elu import apply_elu
 from reward_model.fast.grouped_window import FEATURES, NUM_KINDS, Edges, Nodes, Stack, flat_windows
 from reward_model.fast.matmul import add_product
@@ -34,18 +40,18 @@ def score_by_relation(stack: Stack, scores: Float32Array, network: RelationalNet
     weights, shapes = network.weights, network.shapes
     hidden, last = nodes.features, len(shapes) - 1
     if network.by_relation:
-        shares = np.ones_like(nodes.shares)
-        curves = relation_shares(edges, len(shares))
+        scales = np.ones_like(nodes.inverse_degrees)
+        edge_matrices = relation_means(edges, len(scales))
     else:
-        shares = nodes.shares
-        curves = on_curves(layer_at(weights, shapes[0]), edges, min(NUM_FRAMES, last))
+        scales = nodes.inverse_degrees
+        edge_matrices = find_edge_matrices(layer_at(weights, shapes[0]), edges, min(NUM_FRAMES, last))
     for index in range(last + 1):
         layer = layer_at(weights, shapes[index])
-        # Only what the newest rooms can still hear in the layers left: all of so many frames, and the next one's rooms.
-        whole = min(NUM_FRAMES, last - index)
+        # What still reaches the newest rooms in the layers left: all nodes of so many frames, and the next one's rooms.
+        num_full_frames = min(NUM_FRAMES, last - index)
         if index > 0 and shapes[index, 7] == 0:
-            curves = on_curves(layer, edges, whole)
-        hidden = _all_nodes(nodes, edges, layer, curves, hidden, whole, shares)
+            edge_matrices = find_edge_matrices(layer, edges, num_full_frames)
+        hidden = _all_nodes(nodes, edges, layer, edge_matrices, hidden, num_full_frames, scales)
         if index < last:
             apply_elu(hidden)
     scores[:] = np.maximum(hidden[: len(scores), :2], np.float32(0))
@@ -56,23 +62,20 @@ KERNELS: Final[Mapping[type, Callable[[Stack, Float32Array, Any], None]]] = Mapp
 )
 """What writes q1 and q2 of each window, (num_windows, 2), by the type of its last argument, the network."""
 
-score_windows: Final[Callable[[Stack, Float32Array, FlatNetwork], None]] = chosen_by_type(KERNELS)
-"""In compiled code: that of them for the network."""
-
 
 @njit
 def _all_nodes(
     nodes: Nodes,
     edges: Edges,
     layer: Layer,
-    curves: OnCurves,
+    edge_matrices: EdgeMatrices,
     hidden: Float32Array,
-    whole: int,
-    shares: Float32Array,
+    num_full_frames: int,
+    scales: Float32Array,
 ) -> Float32Array:
-    """One layer for all nodes of so many frames, and for the rooms of the next; `shares`: of each node in a sum."""
+    """One layer for all nodes of so many frames, and for the rooms of the next; `scales`: factor of each node's sum."""
     num_windows = (len(nodes.starts) - 1) // (NUM_FRAMES * NUM_KINDS)
-    num_sections = min(whole * NUM_KINDS + 1, NUM_FRAMES * NUM_KINDS)
+    num_sections = min(num_full_frames * NUM_KINDS + 1, NUM_FRAMES * NUM_KINDS)
     out = np.zeros((nodes.starts[num_sections * num_windows], layer.bias.shape[0]), dtype=np.float32)
     inputs = hidden.shape[1]
     by_kind = len(layer.plain) > NUM_PLAIN * inputs
@@ -87,11 +90,11 @@ def _all_nodes(
         if time + 1 < NUM_FRAMES:
             matrix = (matrices + _TO_NEWER[time]) * inputs
             _add_neighbours(hidden, nodes.older, layer.plain, matrix, out, first, last, inner)
-    add_meeting(edges, layer, curves, hidden, out, whole)
-    add_parting(edges, layer, curves, hidden, out, whole)
+    add_many_to_one(edges, layer, edge_matrices, hidden, out, num_full_frames)
+    add_one_to_many(edges, layer, edge_matrices, hidden, out, num_full_frames)
     for node in range(len(out)):
         for column in range(out.shape[1]):
-            out[node, column] = out[node, column] * shares[node] + layer.bias[column]
+            out[node, column] = out[node, column] * scales[node] + layer.bias[column]
     return out
 
 
@@ -106,17 +109,17 @@ def _add_neighbours(
     last: int,
     inner: int,
 ) -> None:
-    """What nodes hear from themselves in another frame, where they are in it; `matrix`: the row where theirs begins."""
+    """Add the messages of nodes to themselves in another frame; `matrix`: the row where the matrix begins."""
     while first < last:
-        run = _run(places, first, last)
+        run = _run_length(places, first, last)
         if places[first] >= 0:
             add_product(hidden, places[first], 0, matrices, matrix, out, first, run, inner)
         first += run
 
 
 @njit
-def _run(places: IntArray, first: int, last: int) -> int:
-    """How many places from the first on follow each other, one by one."""
+def _run_length(places: IntArray, first: int, last: int) -> int:
+    """The number of places from the first on that are consecutive."""
     end = first + 1
     while end < last and places[end] == places[end - 1] + 1:
         end += 1

@@ -18,7 +18,7 @@ from reward_model.fast.grouped_window import (
     FEATURES,
     GROUPED,
     KINDS,
-    MEETING,
+    MANY_TO_ONE,
     NUM_GROUPED,
     NUM_KINDS,
 )
@@ -43,7 +43,7 @@ class RelationalNetwork(NamedTuple):
     weights: all layers' arrays one after the other
     shapes: (num_layers, 8) where each layer's begin and how large they are, as `layer_at` reads it; the last says
         whether its tables are those of the layer before
-    by_relation: whether a node averages what it hears over its edges of each relation, as in an R-GCN, or over all
+    by_relation: whether a node averages its messages over the edges of each relation, as in an R-GCN, or over all edges
     """
 
     weights: Float32Array
@@ -144,7 +144,7 @@ def _rows(matrices: Float32Array, kind: NodeKind, first: bool) -> Float32Array:
 def _source_kind(relation: Relation) -> NodeKind:
     if relation in _SOURCE_KINDS:
         return _SOURCE_KINDS[relation]
-    return KINDS[1 + MEETING.index(relation)] if relation in MEETING else NodeKind.ROOM
+    return KINDS[1 + MANY_TO_ONE.index(relation)] if relation in MANY_TO_ONE else NodeKind.ROOM
 
 
 def _same_tables(layers: list[Layer], index: int) -> bool:

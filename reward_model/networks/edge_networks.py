@@ -161,8 +161,8 @@ class TabulatedEdgeNetwork(nn.Module):
 
     KNOTS: Final = (0.0, 0.05, 0.1, 0.15, 0.25, 0.4, 0.7, 1.2)  # dam from robot or person
     WALL_SCALE: Final = 10 / 8  # knots of person-wall edges are these times as far, in m: 1.5 at most
-    # What the room hears is a mean over all nodes, most of them wall segments. The few others speak up, or they
-    # would take long to be heard: half the training error after as many epochs.
+    # The room averages over all nodes, most of them wall segments. The few others' messages start out larger:
+    # that halves the training error after as many epochs.
     GAINS: Final = MappingProxyType({Relation.PERSON_ROOM: 5.0, Relation.OBJECT_ROOM: 5.0, Relation.GOAL_ROOM: 20.0})
 
     def __init__(self, in_features: int, out_features: int) -> None:

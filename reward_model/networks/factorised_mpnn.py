@@ -1,8 +1,8 @@
 """The MPNN without its edges: the same answers as on DGL, at a small part of the cost.
 
 An edge network sees a relation and a length, so the matrix of a relation is a curve in the length,
-W(d) = sum_k c_k(d) B_k (`LayerOperators`). What all nodes say to the room is therefore
-sum_k (sum_j c_k(d_j) h_j) B_k, a sum over nodes before one product, and what the room says to all of them is
+W(d) = sum_k c_k(d) B_k (`LayerOperators`). The sum of all nodes' messages to the room is therefore
+sum_k (sum_j c_k(d_j) h_j) B_k, a sum over nodes before one product, and the room's message to node j is
 sum_k c_k(d_j) (h_room B_k), one product before the sum. Self and temporal edges have one matrix each. The last
 layers are computed only in the frames from which the newest room node can still be reached.
 
@@ -138,10 +138,10 @@ def _all_nodes(batch: WindowBatch, layer: LayerOperators, weights: _EdgeWeights,
     """One layer in the newest frames: (num_frames, batch, num_slots, in) -> (frames, batch, num_slots, out)."""
     moments = hidden.unbind(0)
     matrices = layer.plain.unbind(0)
-    said = _from_room(layer, hidden[:frames])
+    from_room = _from_room(layer, hidden[:frames])
     parts = []
     for time in range(frames):
-        out = torch.baddbmm(moments[time] @ matrices[_SELF], weights.out_of_room[time], said[time])
+        out = torch.baddbmm(moments[time] @ matrices[_SELF], weights.out_of_room[time], from_room[time])
         if time > 0:
             newer = moments[time - 1] @ matrices[_TO_OLDER[time - 1]]
             out = torch.addcmul(out, newer, batch.together[time - 1].unsqueeze(2))
@@ -162,19 +162,21 @@ def _newest_room(batch: WindowBatch, layer: LayerOperators, weights: _EdgeWeight
 
 
 def _to_room(layer: LayerOperators, weights: _EdgeWeights, hidden: Tensor) -> Tensor:
-    """What every node says to its frame's room: (frames, batch, out)."""
-    heard = (weights.into_room[: len(hidden)].transpose(2, 3) @ hidden).flatten(2)  # (frames, batch, kinds*rank*in)
-    return heard @ layer.basis[_INTO_ROOM].flatten(0, 2)
+    """The sum of all nodes' messages to their frame's room: (frames, batch, out)."""
+    aggregated = (weights.into_room[: len(hidden)].transpose(2, 3) @ hidden).flatten(
+        2
+    )  # (frames, batch, kinds*rank*in)
+    return aggregated @ layer.basis[_INTO_ROOM].flatten(0, 2)
 
 
 def _from_room(layer: LayerOperators, hidden: Tensor) -> Tensor:
-    """What each frame's room says, before each node takes its share: (frames, batch, kinds * rank, out)."""
+    """The room's messages, before their sum for each node: (frames, batch, kinds * rank, out)."""
     basis = layer.basis[_OUT_OF_ROOM].flatten(0, 1)  # (kinds * rank, in, out)
     return torch.einsum("fbi,kio->fbko", hidden[:, :, 0], basis)
 
 
 def _add_lists(batch: WindowBatch, layer: LayerOperators, weights: _EdgeWeights, hidden: Tensor, out: Tensor) -> Tensor:
-    """Add what only some nodes hear: the rooms, and edge by edge, for they are few, interactions and near walls."""
+    """Add the messages that only some nodes receive: rooms, and, edge by edge as they are few, along links."""
     flat_in, flat_out = hidden.flatten(0, 2), out.flatten(0, 2)
     num_slots = hidden.shape[2]
     messages = [_to_room(layer, weights, hidden).flatten(0, 1)]
@@ -188,7 +190,7 @@ def _add_lists(batch: WindowBatch, layer: LayerOperators, weights: _EdgeWeights,
     )
     for relation, link_weights, sources, link_targets in split:
         kept = sources < len(flat_in)  # older frames come last on the grid
-        said = (link_weights[kept].unsqueeze(2) * flat_in[sources[kept]].unsqueeze(1)).flatten(1)
-        messages.append(said @ layer.basis[relation].flatten(0, 1))
+        weighted = (link_weights[kept].unsqueeze(2) * flat_in[sources[kept]].unsqueeze(1)).flatten(1)
+        messages.append(weighted @ layer.basis[relation].flatten(0, 1))
         targets.append(link_targets[kept])
     return flat_out.index_add(0, torch.cat(targets), torch.cat(messages)).view_as(out)

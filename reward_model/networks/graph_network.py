@@ -22,7 +22,7 @@ class GraphNetwork(nn.Module, ABC):
 
     @abstractmethod
     def node_answers(self, graph: dgl.DGLGraph) -> Tensor:
-        """(num_nodes, 2) what the last layer says at every node, before the final ReLU."""
+        """(num_nodes, 2) the last layer's answers at every node, before the final ReLU."""
 
     def forward(self, graph: dgl.DGLGraph) -> Tensor:
         """(batch_size, 2) scores: the last layer at each newest frame's room, never below 0."""

@@ -125,7 +125,7 @@ def _degrees(kinds: IntArray, together: Float32Array, link_targets: IntArray) ->
     degrees = np.bincount(link_targets, minlength=kinds.size).reshape(kinds.shape).astype(np.float32)
     degrees += 1 + filled  # itself, and the room
     rooms = kinds == NodeKind.ROOM
-    degrees += rooms * (filled.sum(axis=2, keepdims=True) - 2)  # the room hears all others, not itself
+    degrees += rooms * (filled.sum(axis=2, keepdims=True) - 2)  # the room receives from all others, not from itself
     degrees[:-1] += together
     degrees[1:] += together
     result: Float32Array = np.maximum(degrees, 1)

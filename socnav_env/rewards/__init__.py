@@ -11,7 +11,7 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from socnav_env.config.checks import check_number
-from socnav_env.rewards.base import EagerScorer, Moment, Reward, Scorer, weighted_terms
+from socnav_env.rewards.base import Moment, Reward, Scorer, weighted_terms
 from socnav_env.rewards.handcrafted import CrowdNavReward, DSRNNReward, SparseReward
 from socnav_env.rewards.learned import LearnedReward, RawScoreReward
 from socnav_env.rewards.mixed import MixedReward
@@ -23,7 +23,6 @@ __all__ = [
     "REWARDS",
     "CrowdNavReward",
     "DSRNNReward",
-    "EagerScorer",
     "LearnedReward",
     "MixedReward",
     "Moment",

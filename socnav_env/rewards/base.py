@@ -14,7 +14,6 @@ from socnav_env.trajectories.outcomes import Outcome
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from reward_model.fast.scoring import Scoring
     from reward_model.graph.windows import FrameGraph
     from reward_model.scenes.scene import Scores
     from socnav_env.simulation.world import World
@@ -47,13 +46,6 @@ class Scorer(Protocol):
 
     def score_windows(self, windows: Sequence[Sequence[FrameGraph]]) -> NDArray[np.float32]:
         """Return (num_windows, 2) q1 and q2."""
-
-
-class EagerScorer(Scorer, Protocol):
-    """A scorer that need not be given all windows at once, which is quicker where they come one after the other."""
-
-    def begin(self, num_windows: int) -> Scoring:
-        """Return what takes so many windows one by one, and then gives the scores of each."""
 
 
 @runtime_checkable

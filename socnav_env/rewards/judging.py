@@ -1,59 +1,38 @@
-"""Having the last second of episodes scored: of one, or of many that take their steps one after the other."""
+"""The scores of episodes' last seconds: of one episode, or of many in one call a scorer."""
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, TypeGuard
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-from reward_model.fast.scoring import Scoring, ScoringTogether
 from reward_model.scenes.scene import Scores
-from socnav_env.rewards import EagerScorer, Scorer
+from socnav_env.rewards import Scorer
 
 if TYPE_CHECKING:
     from reward_model.graph.frame import FrameGraph
 
 
 def judge(scorer: Scorer | None, window: Sequence[FrameGraph]) -> Scores | None:
-    """Have one window scored; None where there is no scorer."""
-    if scorer is None:
-        return None
-    ((q1, q2),) = scorer.score_windows([window]).tolist()
-    return Scores(q1, q2)
+    """The scores of one window; None where there is no scorer."""
+    return judge_all([scorer], [window])[0]
 
 
-class Judging:
-    """Has windows scored, those that share a scorer together; an `EagerScorer` begins while others are still to come.
+def judge_all(scorers: Sequence[Scorer | None], windows: Sequence[Sequence[FrameGraph]]) -> list[Scores | None]:
+    """The scores of each window, None where it has no scorer; windows that share a scorer are scored in one call.
 
-    scorers: of each window that will be added, in that order; None for those that nobody scores
+    Args:
+        scorers: of each window.
+        windows: of one to three frames each, newest first.
+
     """
-
-    def __init__(self, scorers: Sequence[Scorer | None]) -> None:
-        counts = Counter(map(id, scorers))
-        self._scorings = {key: _begin(each, counts[key]) for key, each in _by_id(scorers).items()}
-        self._of_each = [self._scorings.get(id(each)) for each in scorers]
-        self._coming = iter(self._of_each)
-
-    def add(self, window: Sequence[FrameGraph]) -> None:
-        """Take the next window."""
-        scoring = next(self._coming)
-        if scoring is not None:
-            scoring.add(window)
-
-    def scores(self) -> Iterator[Scores | None]:
-        """Give the scores of each window, None where nobody scores it. To be called after the last one was added."""
-        scores = {id(scoring): scoring.scores() for scoring in self._scorings.values()}
-        for scoring in self._of_each:
-            yield None if scoring is None else Scores(*next(scores[id(scoring)]))
-
-
-def _by_id(scorers: Sequence[Scorer | None]) -> dict[int, Scorer]:
-    return {id(each): each for each in scorers if each is not None}
-
-
-def _begin(scorer: Scorer, num_windows: int) -> Scoring:
-    return scorer.begin(num_windows) if _is_eager(scorer) else ScoringTogether(scorer.score_windows)
-
-
-def _is_eager(scorer: Scorer) -> TypeGuard[EagerScorer]:
-    return hasattr(scorer, "begin")  # to ask isinstance takes as long as an observation
+    places: dict[int, list[int]] = {}
+    for place, scorer in enumerate(scorers):
+        if scorer is not None:
+            places.setdefault(id(scorer), []).append(place)
+    scores: list[Scores | None] = [None] * len(windows)
+    for own in places.values():
+        scorer = scorers[own[0]]
+        assert scorer is not None
+        for place, (q1, q2) in zip(own, scorer.score_windows([windows[each] for each in own]).tolist(), strict=True):
+            scores[place] = Scores(q1, q2)
+    return scores

@@ -16,7 +16,7 @@ from reward_model.base.arrays import BoolArray, FloatArray
 from reward_model.scenes.scene import Scores
 from socnav_env.env import SocNavEnv, StepResult, check_options
 from socnav_env.observations import RowObservation
-from socnav_env.rewards.judging import Judging
+from socnav_env.rewards.judging import judge_all
 from socnav_env.vector.arguments import Seeds, autoreset_mode_of, commands_of, named_by, seeds_of, values_for
 from socnav_env.vector.infos import batch_infos
 
@@ -107,11 +107,10 @@ class SocNavVectorEnv(VectorEnv[Any, NDArray[np.float32], NDArray[Any]]):
         commands = commands_of(actions, chosen, self.action_space.shape, self.envs[0].config)
         for env in envs:
             env.require_running()
-        judging = Judging([env.reward.scorer for env in envs])
         for env, command in zip(envs, commands, strict=True):
             env.advance(command)
-            judging.add(env.window())
-        return [self._conclude(index, scores) for index, scores in zip(chosen, judging.scores(), strict=True)]
+        scores = judge_all([env.reward.scorer for env in envs], [env.window() for env in envs])
+        return [self._conclude(index, each) for index, each in zip(chosen, scores, strict=True)]
 
     def reset_some(self, chosen: Sequence[int], seeds: Sequence[int | None] | None = None) -> list[dict[str, Any]]:
         """Draw new scenes for some of the worlds and return the info of each, in their order."""

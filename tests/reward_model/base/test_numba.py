@@ -2,7 +2,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from reward_model.base.numba import chosen_by_type, machine_code, njit
+from reward_model.base.numba import machine_code, njit
 
 
 class Pair(NamedTuple):
@@ -20,39 +20,6 @@ def test_machine_code_gives_what_the_function_gives_whatever_types_it_has_met():
     whole = Pair(np.array([1, 2]), np.array([3, 4]))
     for arguments in ((pair, 2), (whole, 3), (pair, 1)):
         assert machine_code(weighted, *arguments)(*arguments) == weighted(*arguments) == 11 * arguments[1]
-
-
-class Doubling(NamedTuple):
-    by: int
-
-
-class Halving(NamedTuple):
-    by: int
-
-
-@njit
-def _double(values: np.ndarray, plus: int, last: Doubling) -> None:
-    values[:] = values * 2 + plus + last.by
-
-
-@njit
-def _halve(values: np.ndarray, plus: int, last: Halving) -> None:
-    values[:] = values // 2 + plus + last.by
-
-
-_scaled = chosen_by_type({Doubling: _double, Halving: _halve})
-
-
-@njit
-def _scale(values: np.ndarray, last: Doubling | Halving) -> None:
-    _scaled(values, 100, last)
-
-
-def test_the_type_of_the_last_argument_chooses_the_function():
-    for last, expected in ((Doubling(1), [107, 117]), (Halving(2), [103, 106]), (Doubling(0), [106, 116])):
-        values = np.array([3, 8])
-        _scale(values, last)
-        assert values.tolist() == expected
 
 
 @njit

@@ -44,19 +44,6 @@ def test_threads_change_nothing(monkeypatch, num_threads):
     assert len({row.tobytes() for row in alone}) == 13
 
 
-@pytest.mark.parametrize("num_threads", [1, 2, 16])
-@pytest.mark.parametrize("count", [1, 4, 13, 40])
-def test_windows_that_come_one_by_one_get_the_same_answers(monkeypatch, num_threads, count):
-    windows = random_windows(36, count=count)
-    fused = FusedNetwork(flat_layers(random_network((42, 8, 6, 2), "tabulated").operators()))
-    alone = fused(windows)
-    monkeypatch.setattr(torch, "get_num_threads", lambda: num_threads)
-    scoring = fused.begin(count)
-    for window in windows:
-        scoring.add(window)
-    np.testing.assert_array_equal(np.array(list(scoring.scores()), dtype=np.float32), alone)
-
-
 def test_elu_is_that_of_pytorch():
     values = np.array([[-100, -16.1, -15.9, -3, -1], [-0.5, -1e-3, -1e-7, -0.0, np.nan], [0, 1e-7, 1, 300, np.inf]])
     values = np.concatenate([values.astype(np.float32), np.linspace(-20, 2, 5000, dtype=np.float32).reshape(-1, 5)])

@@ -65,15 +65,12 @@ def test_a_batch_gives_the_bits_of_its_singles(checkpoint):
     np.testing.assert_array_equal(scorer.score_windows(windows[::-1]), singles[::-1])
 
 
-def test_windows_that_come_one_by_one_get_the_same_answers(checkpoint, monkeypatch):
+def test_any_number_of_threads_gives_the_same_answers(checkpoint, monkeypatch):
     windows = random_windows(73, count=13)
     scorer = SocialScorer(checkpoint, "random")
     expected = scorer.score_windows(windows)
     monkeypatch.setattr(torch, "get_num_threads", lambda: 2)
-    scoring = scorer.begin(len(windows))
-    for window in windows:
-        scoring.add(window)
-    np.testing.assert_array_equal(np.array(list(scoring.scores()), dtype=np.float32), expected)
+    np.testing.assert_array_equal(scorer.score_windows(windows), expected)
 
 
 def test_weights_of_another_precision_are_taken_as_they_are(checkpoint):

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from reward_model.fast.grouped_window import FEATURES, GROUPED, KINDS, MEETING, flat_windows, stack_windows
+from reward_model.fast.grouped_window import FEATURES, GROUPED, KINDS, MANY_TO_ONE, flat_windows, stack_windows
 from reward_model.graph.windows import NodeKind, Relation, frame_graph, scene_graph, wall_segments
 from tests.reward_model.graph.test_windows import NO_INTERACTIONS, hand_made, interactions, objects, people
 from tests.reward_model.random_scenes import random_windows
@@ -83,7 +83,7 @@ def test_nothing_of_the_graphs_is_lost(seed):
         graph = scene_graph(window)
         nodes, edges = flat_windows(stack_windows([window]))
         place = place_of_nodes(window)
-        np.testing.assert_allclose(1 / nodes.shares[place], np.bincount(graph.targets), rtol=1e-6)
+        np.testing.assert_allclose(1 / nodes.inverse_degrees[place], np.bincount(graph.targets), rtol=1e-6)
         kinds = np.concatenate([each.kinds for each in window])
         features = np.zeros_like(graph.features)
         for node, kind in enumerate(kinds):
@@ -116,6 +116,6 @@ def flat_edges(edges):
     counts = [len(others) for _, _, others in groups]
     names = np.repeat([name for name, _, _ in groups], counts)
     centres = np.repeat([centre for _, centre, _ in groups], counts)
-    meeting = np.isin(names, [relation.name for relation in MEETING])
+    meeting = np.isin(names, [relation.name for relation in MANY_TO_ONE])
     sources, targets = np.where(meeting, edges.others, centres), np.where(meeting, centres, edges.others)
     return [Relation[name].value for name in names], sources.tolist(), targets.tolist(), edges.lengths.tolist()
