@@ -20,7 +20,9 @@ from rich.progress import Progress, TaskID
 
 from reward_model.base.files import replace_file
 from reward_model.data.labelled_windows import LabelledWindows
-from reward_model.graph.windows import NUM_NODE_FEATURES, FrameGraph, mirrored_frame
+from reward_model.graph.features import NUM_NODE_FEATURES
+from reward_model.graph.frame import FrameGraph
+from reward_model.graph.windows import mirrored_frame
 from reward_model.networks.checkpoint import Checkpoint, CheckpointError, NetworkConfig, save_checkpoint
 from reward_model.networks.factorised_mpnn import EdgelessMPNN
 from reward_model.scenes.scene import ScenarioError, SceneSequence

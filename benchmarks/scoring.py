@@ -31,7 +31,8 @@ from rich.table import Table
 from reward_model.base.arrays import Float32Array
 from reward_model.base.files import replace_file
 from reward_model.fast.from_checkpoint import tensor_shapes
-from reward_model.graph.windows import FrameGraph, frame_graph, sequence_frames, wall_segments
+from reward_model.graph.frame import FrameGraph
+from reward_model.graph.windows import frame_graph, sequence_frames, wall_segments
 from reward_model.networks.checkpoint import Checkpoint, CheckpointError, NetworkConfig
 from reward_model.published import SIZES, STATE_FILE
 from reward_model.scenes.scene import SceneSequence

@@ -28,7 +28,8 @@ from reward_model.base.files import replace_file
 from reward_model.data.cache import load_examples, store_examples
 from reward_model.data.examples import Examples
 from reward_model.data.labelled_windows import LabelledWindows
-from reward_model.graph.windows import NUM_NODE_FEATURES, FrameGraph
+from reward_model.graph.features import NUM_NODE_FEATURES
+from reward_model.graph.frame import FrameGraph
 from reward_model.networks.checkpoint import NetworkConfig
 from reward_model.networks.registry import network_on_dgl, trainable_network
 from reward_model.scorer import load_scorer

@@ -22,7 +22,7 @@ from typing import Final
 import torch
 from torch import Tensor
 
-from reward_model.graph.windows import NUM_EDGE_FEATURES
+from reward_model.graph.features import NUM_EDGE_FEATURES
 from reward_model.networks.checkpoint import Checkpoint, NetworkConfig, save_checkpoint
 from reward_model.scorer import cache_folder
 

@@ -15,7 +15,9 @@ from reward_model.base.arrays import Float32Array
 from reward_model.fast.engine import FusedNetwork
 from reward_model.fast.from_checkpoint import FLAT_KINDS, flat_network, tensor_shapes
 from reward_model.fast.relational_weights import flat_layers
-from reward_model.graph.windows import NUM_FRAMES, FrameGraph, sequence_frames
+from reward_model.graph.features import NUM_FRAMES
+from reward_model.graph.frame import FrameGraph
+from reward_model.graph.windows import sequence_frames
 from reward_model.networks.checkpoint import Checkpoint, CheckpointError, NetworkConfig, load_checkpoint
 from reward_model.networks.factorised_mpnn import EdgelessMPNN, propagate
 from reward_model.networks.operator_cache import OPERATORS_FILE, kept_operators

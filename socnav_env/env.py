@@ -25,7 +25,7 @@ from socnav_env.simulation.actions import action_space, command_of
 from socnav_env.trajectories.outcomes import Outcome
 
 if TYPE_CHECKING:
-    from reward_model.graph.windows import FrameGraph
+    from reward_model.graph.frame import FrameGraph
     from socnav_env.rendering import Controls, Renderer
     from socnav_env.rendering.view import HeatOverlay, SceneView
     from socnav_env.simulation.world import World

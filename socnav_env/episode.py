@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from reward_model.base.arrays import FloatArray
-from reward_model.graph.windows import FrameGraph
+from reward_model.graph.frame import FrameGraph
 from reward_model.scenes.scene import SceneSequence, Scores
 from socnav_env.config import ConfigError, EnvConfig
 from socnav_env.rendering.playback import view_at, view_of

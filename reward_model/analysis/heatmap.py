@@ -26,7 +26,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reward_model.base.arrays import Float32Array, FloatArray, IntArray
-from reward_model.graph.windows import FrameGraph, frame_graph, select_window, wall_segments
+from reward_model.graph.frame import FrameGraph
+from reward_model.graph.windows import frame_graph, select_window, wall_segments
 from reward_model.scenes.poses import aligned, driven, placed_at, rotated, seen_from
 from reward_model.scenes.scene import (
     Objects,

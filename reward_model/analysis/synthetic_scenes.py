@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from reward_model.base.arrays import FloatArray
-from reward_model.graph.windows import FRAME_SPACING, NUM_FRAMES
+from reward_model.graph.features import FRAME_SPACING, NUM_FRAMES
 from reward_model.scenes.poses import driven, placed_at, seen_from
 from reward_model.scenes.scene import (
     DEFAULT_INTERVAL,

@@ -98,7 +98,7 @@ class Train:
         print(json.dumps(about, indent=2), flush=True)
 
     def _network(self) -> NetworkConfig:
-        from reward_model.graph.windows import NUM_NODE_FEATURES
+        from reward_model.graph.features import NUM_NODE_FEATURES
         from reward_model.networks.checkpoint import NetworkConfig
 
         sizes = (NUM_NODE_FEATURES, *self.hidden_sizes, 2)
@@ -136,7 +136,7 @@ class Evaluate:
     def run(self) -> None:
         """Evaluate and print the report."""
         from reward_model.data.loading import DataConfig
-        from reward_model.graph.windows import NUM_FRAMES
+        from reward_model.graph.features import NUM_FRAMES
         from reward_model.networks.checkpoint import load_checkpoint
         from reward_model.scorer import load_scorer, weights_path
         from reward_model.training.session import evaluate

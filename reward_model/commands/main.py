@@ -23,7 +23,7 @@ from reward_model.commands.learning import Agreement, Evaluate, Train
 from reward_model.commands.studies import Experiments, Label, Search
 
 if TYPE_CHECKING:
-    from reward_model.graph.windows import FrameGraph
+    from reward_model.graph.frame import FrameGraph
 
 USER_ERROR: Final = 2
 INTERRUPTED: Final = 130

@@ -15,7 +15,8 @@ from typing import Final, Literal, TypeVar
 import numpy as np
 
 from reward_model.base.arrays import FloatArray
-from reward_model.graph.windows import NUM_FRAMES, select_window
+from reward_model.graph.features import NUM_FRAMES
+from reward_model.graph.windows import select_window
 from reward_model.scenes.scene import Objects, People, SceneSequence, Snapshot
 
 Entities = TypeVar("Entities", People, Objects)

@@ -20,7 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reward_model.data.examples import Examples
-from reward_model.graph.windows import LAYOUT_VERSION, FrameGraph
+from reward_model.graph.features import LAYOUT_VERSION
+from reward_model.graph.frame import FrameGraph
 
 _VERSION: Final = "socnav2-examples-2"  # changes whenever files are read otherwise or an entry's arrays change
 _INDEX_FILE: Final = "index.json"
@@ -144,10 +145,10 @@ def _flattened(examples: Examples) -> Arrays:
     window_frames = [places.setdefault(frame, len(places)) for window in windows for frame in window]
     frames = list(places)
     arrays: Arrays = {
-        name: np.concatenate([getattr(frame, name) for frame in frames]) for name in (*_OF_NODES, *_OF_LINKS)
+        name: np.concatenate([getattr(frame.arrays, name) for frame in frames]) for name in (*_OF_NODES, *_OF_LINKS)
     }
     arrays["node_starts"] = _starts([len(frame) for frame in frames])
-    arrays["link_starts"] = _starts([len(frame.link_lengths) for frame in frames])
+    arrays["link_starts"] = _starts([frame.num_links for frame in frames])
     arrays["window_frames"] = np.array(window_frames, dtype=np.int64)
     arrays["window_starts"] = _starts([len(window) for window in windows])
     return arrays | {"scores": examples.scores, "variants": examples.variants}

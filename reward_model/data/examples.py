@@ -14,7 +14,8 @@ import numpy as np
 from reward_model.base.arrays import Float32Array, IntArray
 from reward_model.data.augmentation import VARIANTS, Augmentation, judged_moments, judged_window, moments
 from reward_model.data.labelled_windows import LabelledWindows
-from reward_model.graph.windows import FrameGraph, all_frames, sequence_frames
+from reward_model.graph.frame import FrameGraph
+from reward_model.graph.windows import all_frames, sequence_frames
 from reward_model.scenes.ratings import Ratings
 from reward_model.scenes.scene import LabelledSequence, SceneSequence
 

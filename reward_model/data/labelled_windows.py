@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from reward_model.base.arrays import Float32Array
-from reward_model.graph.windows import FrameGraph
+from reward_model.graph.frame import FrameGraph
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,7 +24,7 @@ from reward_model.data.examples import (
     split_in_two,
 )
 from reward_model.data.files import DataFiles, find_files, read_files
-from reward_model.graph.windows import NUM_FRAMES
+from reward_model.graph.features import NUM_FRAMES
 from reward_model.networks.checkpoint import WEIGHTS_FILE
 from reward_model.scorer import load_scorer, weights_path
 

@@ -18,7 +18,7 @@ from reward_model.base.numba import njit
 from reward_model.fast.grouped_window import NUM_GROUPED, NUM_INTO_ROOM, NUM_MANY_TO_ONE, Edges
 from reward_model.fast.matmul import LANES, add_one_vector, add_product
 from reward_model.fast.relational_weights import Layer
-from reward_model.graph.windows import NUM_FRAMES
+from reward_model.graph.features import NUM_FRAMES
 
 _ONE: Final = np.float32(1.0)
 

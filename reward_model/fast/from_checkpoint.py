@@ -17,8 +17,8 @@ from reward_model.fast.attention_kernels import AttentionNetwork
 from reward_model.fast.grouped_window import FEATURES
 from reward_model.fast.matmul import LANES
 from reward_model.fast.relational_weights import RelationalNetwork, flat_layers
+from reward_model.graph.features import NUM_RELATIONS
 from reward_model.graph.packing import NUM_PACKED
-from reward_model.graph.windows import NUM_RELATIONS
 from reward_model.networks.checkpoint import NetworkConfig
 from reward_model.networks.edge_networks import MEASURED, PLAIN, LayerOperators
 

@@ -14,8 +14,9 @@ import numpy as np
 
 from reward_model.base.arrays import Float32Array, Int32Array, IntArray
 from reward_model.base.numba import njit
-from reward_model.graph.packing import COLUMNS, NUM_PACKED, num_words, offsets
-from reward_model.graph.windows import FROM_ROOM, NUM_FRAMES, TO_ROOM, FrameGraph, NodeKind, Relation
+from reward_model.graph.features import COLUMNS, FROM_ROOM, NUM_FRAMES, TO_ROOM, NodeKind, Relation
+from reward_model.graph.frame import FrameGraph
+from reward_model.graph.packing import NUM_PACKED, num_words, offsets
 
 KINDS: Final = (NodeKind.ROOM, NodeKind.PERSON, NodeKind.OBJECT, NodeKind.WALL, NodeKind.GOAL)
 NUM_KINDS: Final = len(KINDS)

@@ -23,8 +23,8 @@ from reward_model.fast.grouped_window import (
     NUM_KINDS,
 )
 from reward_model.fast.matmul import LANES
+from reward_model.graph.features import NodeKind, Relation
 from reward_model.graph.packing import NUM_PACKED
-from reward_model.graph.windows import NodeKind, Relation
 from reward_model.networks.edge_networks import MEASURED, PLAIN, LayerOperators
 
 NUM_PLAIN: Final = len(PLAIN)

@@ -12,17 +12,18 @@ from reward_model.graph.packing import FrameArrays, packed, unpacked
 class FrameGraph:
     """One snapshot as a graph. Room edges and self edges are implied: every node has them.
 
-    It holds either its arrays or one of words that they are packed into, and makes the other when asked for it:
-    who needs several of the arrays of a packed one asks for `arrays`, once.
+    It holds its arrays or one array of words that they are packed into, and makes the other when it is asked for.
 
-    features: (num_nodes, 42) with the three time features zero; nodes are the room, people, objects, the goal and
-        wall segments, in this order
-    kinds: (num_nodes,) of `NodeKind`
-    keys: (num_nodes,) the same for one thing in every frame of a scene, unique within a frame
-    lengths: (num_nodes,) [dam] from the robot, 0 for the room: the length of the room edges
-    link_sources, link_targets: (num_links,) node indices of the edges between people, objects and walls
-    link_relations: (num_links,) of `Relation`
-    link_lengths: (num_links,) [dam] between people and objects, [m] between a person and a wall
+    Args:
+        features: (num_nodes, 42) with the three time features zero; nodes are the room, people, objects, the goal and
+            wall segments, in this order
+        kinds: (num_nodes,) of `NodeKind`
+        keys: (num_nodes,) the same for one thing in every frame of a scene, unique within a frame
+        lengths: (num_nodes,) [dam] from the robot, 0 for the room: the length of the room edges
+        link_sources, link_targets: (num_links,) node indices of the edges between people, objects and walls
+        link_relations: (num_links,) of `Relation`
+        link_lengths: (num_links,) [dam] between people and objects, [m] between a person and a wall
+
     """
 
     __slots__ = ("_arrays", "_words")
@@ -71,44 +72,9 @@ class FrameGraph:
         return FrameGraph(*self.arrays._replace(**changes))  # type: ignore[arg-type]
 
     @property
-    def features(self) -> Float32Array:
-        """See the class."""
-        return self.arrays.features
-
-    @property
-    def kinds(self) -> Int32Array:
-        """See the class."""
-        return self.arrays.kinds
-
-    @property
-    def keys(self) -> IntArray:
-        """See the class."""
-        return self.arrays.keys
-
-    @property
-    def lengths(self) -> Float32Array:
-        """See the class."""
-        return self.arrays.lengths
-
-    @property
-    def link_sources(self) -> Int32Array:
-        """See the class."""
-        return self.arrays.link_sources
-
-    @property
-    def link_targets(self) -> Int32Array:
-        """See the class."""
-        return self.arrays.link_targets
-
-    @property
-    def link_relations(self) -> Int32Array:
-        """See the class."""
-        return self.arrays.link_relations
-
-    @property
-    def link_lengths(self) -> Float32Array:
-        """See the class."""
-        return self.arrays.link_lengths
+    def num_links(self) -> int:
+        """How many links there are."""
+        return len(self._arrays.link_lengths) if self._arrays is not None else int(self.words[1])
 
     def __len__(self) -> int:
         return len(self._arrays.kinds) if self._arrays is not None else int(self.words[0])

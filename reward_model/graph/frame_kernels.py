@@ -12,7 +12,8 @@ import numpy as np
 
 from reward_model.base.arrays import Float32Array, FloatArray, Int32Array, IntArray
 from reward_model.base.numba import njit
-from reward_model.graph.packing import OWN, empty_words, views
+from reward_model.graph.features import OWN
+from reward_model.graph.packing import empty_words, views
 
 _NEAR_WALL = 1.5  # m from a person to the midpoint of a segment they are joined to
 _ADVANCE_SCALE = 9.4 / 3.5  # 1/(m/s): the fastest command seen becomes 1

@@ -15,18 +15,9 @@ import numpy as np
 
 from reward_model.base.arrays import Float32Array, Int32Array, IntArray
 from reward_model.base.numba import njit
+from reward_model.graph.features import COLUMNS, NUM_NODE_FEATURES
 
 NUM_PACKED: Final = 16  # features of a node, as many as processors handle at once
-OWN: Final = 4  # the first feature of a kind's own; before it stand the kind and the place in the window
-# For each `NodeKind` the columns of its features among the 42, as many as there are.
-COLUMNS: Final = (
-    (0, 5, 6, 7, *range(8, 17)),
-    (1, 5, 6, 7, *range(19, 30)),
-    (2, 5, 6, 7, 17, 18, 30, 31),
-    (3, 5, 6, 7, *range(32, 38)),
-    (4, 5, 6, 7, *range(38, 42)),
-)
-_NUM_FEATURES = 42
 _HEADER = 2
 _TABLE = np.array([(*columns, *[-1] * (NUM_PACKED - len(columns))) for columns in COLUMNS])
 _WIDTHS = np.array([len(columns) for columns in COLUMNS])
@@ -128,7 +119,7 @@ def packed(arrays: FrameArrays) -> Int32Array:
 def unpacked(words: Int32Array) -> FrameArrays:
     """The arrays of a frame, in memory of their own, with all 42 features."""
     frame = views(words)
-    features = np.zeros((len(frame.kinds), _NUM_FEATURES), dtype=np.float32)
+    features = np.zeros((len(frame.kinds), NUM_NODE_FEATURES), dtype=np.float32)
     for node in range(len(frame.kinds)):
         kind = frame.kinds[node]
         for index in range(_WIDTHS[kind]):

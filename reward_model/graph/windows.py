@@ -5,88 +5,38 @@ snapshot: nodes, and the edges among them. A `SceneGraph` is up to three frames 
 joined by temporal edges. Frames do not know their place in the window, so each is made once and shared by every
 window that it appears in.
 
-The network's features stand in the conventions of its training data (x right, y forward, clockwise angles,
-displacements for velocities, decametres); nothing outside this module needs to know them.
+What the features are and in which conventions they stand is in `features`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from enum import IntEnum
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from reward_model.base.arrays import Float32Array, FloatArray, Int32Array, IntArray
-from reward_model.graph.frame import FrameGraph as FrameGraph
+from reward_model.graph.features import (
+    FRAME_SPACING,
+    FROM_ROOM,
+    LENGTH_FEATURE,
+    MIRROR_SIGNS,
+    NUM_EDGE_FEATURES,
+    NUM_FRAMES,
+    TIME_FEATURES,
+    TO_ROOM,
+    WALL_DIRECTION,
+    Relation,
+)
+from reward_model.graph.frame import FrameGraph
 from reward_model.graph.frame_kernels import Entities, packed_frame
-from reward_model.graph.packing import FrameArrays
+from reward_model.graph.packing import FrameArrays, views
 from reward_model.scenes.scene import ScenarioError, SceneSequence, Snapshot
 
-LAYOUT_VERSION: Final = "socnav2-graph-1"  # changes whenever a feature or an edge does
-
-NUM_FRAMES: Final = 3
-FRAME_SPACING: Final = 1.0  # s between the frames of a window, at least
-NUM_NODE_FEATURES: Final = 42
-NUM_EDGE_FEATURES: Final = 18
-TIME_FEATURES: Final = 5  # the first of three: now, 1 s ago, 2 s ago
-LENGTH_FEATURE: Final = 17  # the edge feature that holds the length; shared with the last relation's flag
-
-_WALL_SEGMENT = 0.97  # m, no segment is longer
-_TIME_TOLERANCE = 1e-6  # s, so that five steps of 0.2 s make a second in floating point
-
-
-# What changes sign when left and right are swapped: of people and objects x, the velocities va and vx, and cos a; the
-# robot's turning; x and sin o of wall segments; x of the goal.
-_MIRROR_SIGNS: Final = np.ones(NUM_NODE_FEATURES, dtype=np.float32)
-_MIRROR_SIGNS[[8, 10, 11, 14, 18, 19, 21, 22, 25, 32, 34, 38]] = -1
-_WALL_DIRECTION: Final = (34, 35)  # sin o and cos o
-
-
-class NodeKind(IntEnum):
-    """What a node stands for; the value is its place in the type one-hot."""
-
-    PERSON = 0
-    OBJECT = 1
-    ROOM = 2
-    WALL = 3
-    GOAL = 4
-
-
-class Relation(IntEnum):
-    """What an edge means, source first. The value is its place in the relation one-hot."""
-
-    GOAL_ROOM = 0
-    OBJECT_PERSON = 1
-    OBJECT_ROOM = 2
-    PERSON_OBJECT = 3
-    PERSON_PERSON = 4
-    PERSON_ROOM = 5
-    PERSON_WALL = 6
-    ROOM_GOAL = 7
-    ROOM_OBJECT = 8
-    ROOM_PERSON = 9
-    ROOM_WALL = 10
-    SELF = 11
-    WALL_PERSON = 12
-    WALL_ROOM = 13
-    NOW_TO_SECOND = 14  # from the newest frame to the one a second older
-    SECOND_TO_NOW = 15
-    SECOND_TO_THIRD = 16
-    THIRD_TO_SECOND = 17
-
-
-NUM_RELATIONS: Final = len(Relation)
-
-# (num_kinds,) the relation of the edge between the room and a node, by the node's kind; none to itself
-TO_ROOM: Final = np.array(
-    [Relation.PERSON_ROOM, Relation.OBJECT_ROOM, -1, Relation.WALL_ROOM, Relation.GOAL_ROOM], dtype=np.int32
-)
-FROM_ROOM: Final = np.array(
-    [Relation.ROOM_PERSON, Relation.ROOM_OBJECT, -1, Relation.ROOM_WALL, Relation.ROOM_GOAL], dtype=np.int32
-)
+_WALL_SEGMENT: Final = 0.97  # m, no segment is longer
+_TIME_TOLERANCE: Final = 1e-6  # s, so that five steps of 0.2 s make a second in floating point
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,7 +120,7 @@ def frame_graph(snapshot: Snapshot, segments: IntArray) -> FrameGraph:
 
 def check_links(frame: FrameGraph) -> None:
     """Raise `ScenarioError` where two objects interact, for which the graph has no relation."""
-    if frame.link_relations.min(initial=0) < 0:
+    if views(frame.words).link_relations.min(initial=0) < 0:
         raise ScenarioError("an interaction joins two objects; at least one of the two must be a person")
 
 
@@ -219,10 +169,10 @@ def mirrored_frame(frame: FrameGraph, *, turn_walls: bool = False) -> FrameGraph
     turn_walls: let the walls run the other way, too. Recorded walls run clockwise, those of a mirror image run
         anticlockwise unless they are turned; the network sees the difference.
     """
-    signs = _MIRROR_SIGNS.copy()
+    signs = MIRROR_SIGNS.copy()
     if turn_walls:
-        signs[list(_WALL_DIRECTION)] *= -1
-    return frame.replaced(features=frame.features * signs)
+        signs[WALL_DIRECTION] *= -1
+    return frame.replaced(features=frame.arrays.features * signs)
 
 
 def matching_nodes(first: IntArray, second: IntArray) -> tuple[IntArray, IntArray]:

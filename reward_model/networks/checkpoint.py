@@ -15,7 +15,7 @@ from safetensors.torch import load_file, save
 from torch import Tensor
 
 from reward_model.base.files import replace_file
-from reward_model.graph.windows import LAYOUT_VERSION, NUM_NODE_FEATURES
+from reward_model.graph.features import LAYOUT_VERSION, NUM_NODE_FEATURES
 
 WEIGHTS_FILE: Final = "model.safetensors"
 CONFIG_FILE: Final = "config.json"

@@ -14,14 +14,7 @@ from typing import Final, Protocol
 import torch
 from torch import Tensor, nn
 
-from reward_model.graph.windows import (
-    FROM_ROOM,
-    LENGTH_FEATURE,
-    NUM_EDGE_FEATURES,
-    NUM_RELATIONS,
-    TO_ROOM,
-    Relation,
-)
+from reward_model.graph.features import FROM_ROOM, LENGTH_FEATURE, NUM_EDGE_FEATURES, NUM_RELATIONS, TO_ROOM, Relation
 
 # Relations whose edges have a length, in the order of the tables; the others have one matrix each.
 MEASURED: Final = tuple(r for r in Relation if r < Relation.SELF or r in (Relation.WALL_PERSON, Relation.WALL_ROOM))

@@ -20,7 +20,8 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from reward_model.graph.windows import FROM_ROOM, TO_ROOM, FrameGraph, NodeKind, Relation
+from reward_model.graph.features import FROM_ROOM, TO_ROOM, NodeKind, Relation
+from reward_model.graph.frame import FrameGraph
 from reward_model.networks.edge_networks import (
     EDGE_NETWORKS,
     MEASURED,

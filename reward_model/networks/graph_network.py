@@ -14,7 +14,7 @@ from reward_model.graph.windows import scene_graph
 from reward_model.networks.batching import dgl_graph
 
 if TYPE_CHECKING:
-    from reward_model.graph.windows import FrameGraph
+    from reward_model.graph.frame import FrameGraph
 
 
 class GraphNetwork(nn.Module, ABC):

@@ -17,8 +17,10 @@ import torch
 from torch import Tensor
 
 from reward_model.base.arrays import Float32Array, IntArray
+from reward_model.graph.features import NUM_NODE_FEATURES, TIME_FEATURES, NodeKind, Relation
+from reward_model.graph.frame import FrameGraph
 from reward_model.graph.packing import FrameArrays
-from reward_model.graph.windows import NUM_NODE_FEATURES, TIME_FEATURES, FrameGraph, NodeKind, Relation, matching_nodes
+from reward_model.graph.windows import matching_nodes
 
 LINK_RELATIONS: Final = (
     Relation.OBJECT_PERSON,

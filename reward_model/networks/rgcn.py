@@ -12,7 +12,7 @@ from dgl.nn.pytorch import RelGraphConv
 from torch import Tensor, nn
 from torch.nn import functional
 
-from reward_model.graph.windows import NUM_RELATIONS
+from reward_model.graph.features import NUM_RELATIONS
 from reward_model.networks.graph_network import GraphNetwork
 
 

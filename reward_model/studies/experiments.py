@@ -23,7 +23,7 @@ from reward_model.data.augmentation import Augmentation
 from reward_model.data.examples import DatasetError, Examples, Part
 from reward_model.data.labelled_windows import data_digest
 from reward_model.data.loading import DataConfig, load_parts
-from reward_model.graph.windows import NUM_FRAMES, NUM_NODE_FEATURES
+from reward_model.graph.features import NUM_FRAMES, NUM_NODE_FEATURES
 from reward_model.networks.checkpoint import NetworkConfig, load_checkpoint
 from reward_model.networks.registry import trainable_network
 from reward_model.scenes.ratings import QUESTIONS

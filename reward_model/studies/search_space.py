@@ -9,7 +9,7 @@ from typing import Any, Final, Literal, NamedTuple
 import numpy as np
 import optuna
 
-from reward_model.graph.windows import NUM_NODE_FEATURES
+from reward_model.graph.features import NUM_NODE_FEATURES
 from reward_model.networks.checkpoint import NetworkConfig
 from reward_model.training.fit import TrainingConfig
 

@@ -14,7 +14,7 @@ from reward_model.base.arrays import Float32Array
 from reward_model.base.numba import njit
 
 if TYPE_CHECKING:
-    from reward_model.graph.windows import FrameGraph
+    from reward_model.graph.frame import FrameGraph
     from socnav_env.config import EnvConfig, RoomConfig
     from socnav_env.simulation.world import World
 

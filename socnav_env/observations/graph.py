@@ -8,17 +8,11 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from gymnasium import spaces
 
-from reward_model.base.arrays import BoolArray, Float32Array, IntArray
-from reward_model.graph.windows import (
-    NUM_FRAMES,
-    NUM_NODE_FEATURES,
-    NUM_RELATIONS,
-    FrameGraph,
-    NodeKind,
-    Relation,
-    scene_graph,
-    wall_segments,
-)
+from reward_model.base.arrays import Float32Array, IntArray
+from reward_model.graph.features import NUM_FRAMES, NUM_NODE_FEATURES, NUM_RELATIONS, NodeKind, Relation
+from reward_model.graph.frame import FrameGraph
+from reward_model.graph.packing import FrameArrays
+from reward_model.graph.windows import scene_graph, wall_segments
 from socnav_env.observations.base import ROBOT, SHARE, Parts
 from socnav_env.observations.kernels import write_robot
 
@@ -95,35 +89,45 @@ def most_segments(room: RoomConfig) -> int:
 
 def fitted_frames(window: Sequence[FrameGraph], max_nodes: int, max_links: int) -> list[FrameGraph]:
     """The frames of a window, newest first, with no more nodes and links each than there is room for."""
-    newest = window[0]
     frames = list(window)
     if max(len(frame) for frame in frames) > max_nodes:
+        newest = window[0].arrays
         nearness = np.where(newest.kinds == NodeKind.GOAL, 0.0, newest.lengths)
         kept = newest.keys[np.argsort(nearness, kind="stable")[:max_nodes]]
-        frames = [_with_nodes(frame, np.isin(frame.keys, kept)) for frame in frames]
-    return [_with_links(frame, max_links) if len(frame.link_sources) > max_links else frame for frame in frames]
+        frames = [_with_nodes(frame, kept) for frame in frames]
+    return [_with_links(frame, max_links) if frame.num_links > max_links else frame for frame in frames]
 
 
-def _with_nodes(frame: FrameGraph, kept: BoolArray) -> FrameGraph:
+def _with_nodes(frame: FrameGraph, keys: IntArray) -> FrameGraph:
+    """The nodes that have one of the keys, and the links among them."""
+    arrays = frame.arrays
+    kept = np.isin(arrays.keys, keys)
     new_index = (np.cumsum(kept) - 1).astype(np.int32)
-    frame = _chosen_links(frame, np.flatnonzero(kept[frame.link_sources] & kept[frame.link_targets]))
-    return frame.replaced(
-        features=frame.features[kept],
-        kinds=frame.kinds[kept],
-        keys=frame.keys[kept],
-        lengths=frame.lengths[kept],
-        link_sources=new_index[frame.link_sources],
-        link_targets=new_index[frame.link_targets],
+    arrays = _chosen_links(arrays, np.flatnonzero(kept[arrays.link_sources] & kept[arrays.link_targets]))
+    return FrameGraph(
+        *arrays._replace(
+            features=arrays.features[kept],
+            kinds=arrays.kinds[kept],
+            keys=arrays.keys[kept],
+            lengths=arrays.lengths[kept],
+            link_sources=new_index[arrays.link_sources],
+            link_targets=new_index[arrays.link_targets],
+        )
     )
 
 
 def _with_links(frame: FrameGraph, max_links: int) -> FrameGraph:
     """All interactions, then the shortest links between people and walls."""
-    walls = np.isin(frame.link_relations, WALL_RELATIONS)
-    order = np.lexsort((frame.link_lengths, walls))
-    return _chosen_links(frame, np.sort(order[:max_links]))
+    arrays = frame.arrays
+    walls = np.isin(arrays.link_relations, WALL_RELATIONS)
+    order = np.lexsort((arrays.link_lengths, walls))
+    return FrameGraph(*_chosen_links(arrays, np.sort(order[:max_links])))
 
 
-def _chosen_links(frame: FrameGraph, chosen: IntArray) -> FrameGraph:
-    names = ("link_sources", "link_targets", "link_relations", "link_lengths")
-    return frame.replaced(**{name: getattr(frame, name)[chosen] for name in names})
+def _chosen_links(arrays: FrameArrays, chosen: IntArray) -> FrameArrays:
+    return arrays._replace(
+        link_sources=arrays.link_sources[chosen],
+        link_targets=arrays.link_targets[chosen],
+        link_relations=arrays.link_relations[chosen],
+        link_lengths=arrays.link_lengths[chosen],
+    )

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from reward_model.graph.windows import FrameGraph, frame_graph, select_window, wall_segments
+from reward_model.graph.frame import FrameGraph
+from reward_model.graph.windows import frame_graph, select_window, wall_segments
 from reward_model.scenes.scene import ScenarioError, SceneSequence
 from reward_model.scenes.socnav2_json import read_socnav2
 from reward_model.scorer import load_scorer

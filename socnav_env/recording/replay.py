@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from reward_model.base.arrays import FloatArray
-from reward_model.graph.windows import FrameGraph
+from reward_model.graph.frame import FrameGraph
 from reward_model.scenes.scene import SceneSequence
 from socnav_env.episode import STANDING, Episode
 from socnav_env.layout import Layout

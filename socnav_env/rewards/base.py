@@ -14,7 +14,7 @@ from socnav_env.trajectories.outcomes import Outcome
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from reward_model.graph.windows import FrameGraph
+    from reward_model.graph.frame import FrameGraph
     from reward_model.scenes.scene import Scores
     from socnav_env.simulation.world import World
 

@@ -8,7 +8,8 @@ from typing import Final
 import joblib
 import numpy as np
 
-from reward_model.graph.windows import FrameGraph, frame_graph, select_window, wall_segments
+from reward_model.graph.frame import FrameGraph
+from reward_model.graph.windows import frame_graph, select_window, wall_segments
 from reward_model.scenes.scene import Snapshot
 from socnav_env.config import EnvConfig, PopulationConfig
 from socnav_env.episode import STANDING

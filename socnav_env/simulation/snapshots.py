@@ -11,8 +11,10 @@ import numpy as np
 
 from reward_model.base.arrays import FloatArray, Int32Array, IntArray
 from reward_model.base.numba import njit
+from reward_model.graph.features import FRAME_SPACING, NUM_FRAMES
+from reward_model.graph.frame import FrameGraph
 from reward_model.graph.frame_kernels import Entities, packed_frame
-from reward_model.graph.windows import FRAME_SPACING, NUM_FRAMES, FrameGraph, check_links, wall_segments
+from reward_model.graph.windows import check_links, wall_segments
 from reward_model.scenes.scene import DEFAULT_INTERVAL, Interactions, Objects, People, Snapshot
 from socnav_env.geometry.frames import closed_lines, points_in_frame, pose_rates, poses_in_frame
 from socnav_env.people.interactions import InteractionPairs

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from reward_model.graph.windows import FrameGraph, sequence_frames
+from reward_model.graph.frame import FrameGraph
+from reward_model.graph.windows import sequence_frames
 from reward_model.scenes.scene import Interactions, Objects, People, SceneSequence, Snapshot
 
 

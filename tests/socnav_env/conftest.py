@@ -21,7 +21,7 @@ class FeatureScorer:
 
     def score_windows(self, windows) -> np.ndarray:
         self.lengths += [len(window) for window in windows]
-        sums = [[abs(float(frame.features.sum())) for frame in window] for window in windows]
+        sums = [[abs(float(frame.arrays.features.sum())) for frame in window] for window in windows]
         return np.array([[np.cos(row[0]) ** 2, np.cos(sum(row)) ** 2] for row in sums], dtype=np.float32)
 
 

@@ -13,7 +13,8 @@ from reward_model.analysis.behaviours import (
     touching,
     walking,
 )
-from reward_model.graph.windows import FrameGraph, NodeKind
+from reward_model.graph.features import NodeKind
+from reward_model.graph.frame import FrameGraph
 from reward_model.scorer import SocialScorer, load_scorer
 
 X, Y, VX, VY = 8, 9, 11, 12  # a person's features: right and forward [dam], moved backwards [dam in 0.2 s]
@@ -29,7 +30,7 @@ class Bubbles:
         return np.array([[self._q1(window[0]), 0.5] for window in windows], dtype=np.float32)
 
     def _q1(self, frame: FrameGraph) -> float:
-        people = frame.features[frame.kinds == NodeKind.PERSON]
+        people = frame.arrays.features[frame.arrays.kinds == NodeKind.PERSON]
         places = 10 * (people[:, [X, Y]] - people[:, [VX, VY]] / 0.2 * self.lead)
         radius = self.radius + self.radius_per_person * len(people)
         return float((np.hypot(*places.T) > radius).all())

@@ -6,7 +6,8 @@ import pytest
 from reward_model.analysis.heatmap import ACTIONS, heatmap, is_inside, placed, score_positions
 from reward_model.analysis.synthetic_scenes import Person, SyntheticScene, Thing
 from reward_model.data.augmentation import mirrored
-from reward_model.graph.windows import FrameGraph, sequence_frames
+from reward_model.graph.frame import FrameGraph
+from reward_model.graph.windows import sequence_frames
 from reward_model.scenes.scene import ScenarioError, SceneSequence
 from reward_model.scenes.socnav2_json import read_socnav2
 from reward_model.scorer import load_scorer
@@ -27,7 +28,10 @@ class FeatureScorer:
 
     def score_windows(self, windows: list[list[FrameGraph]]) -> np.ndarray:
         sums = [
-            [sum(np.abs(frame.features).sum() for frame in window), sum(frame.features.sum() for frame in window)]
+            [
+                sum(np.abs(frame.arrays.features).sum() for frame in window),
+                sum(frame.arrays.features.sum() for frame in window),
+            ]
             for window in windows
         ]
         return np.array(sums, dtype=np.float32)

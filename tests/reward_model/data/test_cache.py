@@ -8,7 +8,7 @@ import pytest
 
 from reward_model.data.cache import CacheError, StoredWindows, cached_examples, load_examples, store_examples
 from reward_model.data.examples import Examples, examples_of
-from reward_model.graph.windows import FrameGraph
+from reward_model.graph.frame import FrameGraph
 from reward_model.networks.padded_windows import pack_windows
 from reward_model.scenes.scene import LabelledSequence
 from tests.reward_model.data.test_examples import labelled
@@ -29,7 +29,7 @@ def assert_same_frames(first: list[FrameGraph], second: list[FrameGraph]):
     assert len(first) == len(second)
     for one, other in zip(first, second, strict=True):
         for name, array in one.arrays._asdict().items():
-            np.testing.assert_array_equal(array, getattr(other, name))
+            np.testing.assert_array_equal(array, getattr(other.arrays, name))
             assert array.dtype == getattr(other, name).dtype
 
 
@@ -57,7 +57,7 @@ def test_frames_that_windows_share_are_stored_once(tmp_path):
 def test_scenes_without_any_link(tmp_path):
     nobody = random_sequence(np.random.default_rng(0), 1, 0, 1)
     store_examples(examples_of([LabelledSequence(nobody, 0.5, None, "1")]), tmp_path / "entry")
-    assert len(load_examples(tmp_path / "entry").windows[0][0].link_lengths) == 0
+    assert len(load_examples(tmp_path / "entry").windows[0][0].arrays.link_lengths) == 0
 
 
 def test_windows_behave_like_a_list(entry):
@@ -72,10 +72,10 @@ def test_windows_behave_like_a_list(entry):
 
 
 def test_windows_are_mapped_not_read(entry):
-    features = load_examples(entry).windows[0][0].features
+    features = load_examples(entry).windows[0][0].arrays.features
     assert isinstance(features.base, np.memmap)
     features[:] = 0  # stays in this process
-    assert load_examples(entry).windows[0][0].features.any()
+    assert load_examples(entry).windows[0][0].arrays.features.any()
 
 
 @pytest.mark.parametrize("name", ["features.npy", "node_starts.npy", "scores.npy", "names.json", "index.json"])

@@ -15,7 +15,8 @@ from reward_model.data.examples import (
     split_by_scene,
     split_in_two,
 )
-from reward_model.graph.windows import NUM_NODE_FEATURES, sequence_frames
+from reward_model.graph.features import NUM_NODE_FEATURES
+from reward_model.graph.windows import sequence_frames
 from reward_model.networks.factorised_mpnn import EdgelessMPNN
 from reward_model.scenes.scene import LabelledSequence, SceneSequence
 from reward_model.training.fit import TrainingConfig, fit
@@ -61,19 +62,19 @@ def many(count: int = 200, augmentation="none") -> Examples:
 def test_augmentation_is_exact_in_the_features(change, signs):
     sequence = random_sequence(np.random.default_rng(1), 3, 4, 3)
     for before, after in zip(sequence_frames(sequence), sequence_frames(change(sequence)), strict=True):
-        np.testing.assert_allclose(after.features, before.features * signs, atol=1e-6)
-        np.testing.assert_allclose(after.lengths, before.lengths, atol=1e-7)
-        np.testing.assert_array_equal(after.link_relations, before.link_relations)
-        np.testing.assert_array_equal(after.link_sources, before.link_sources)
-        np.testing.assert_allclose(after.link_lengths, before.link_lengths, atol=1e-6)
+        np.testing.assert_allclose(after.arrays.features, before.arrays.features * signs, atol=1e-6)
+        np.testing.assert_allclose(after.arrays.lengths, before.arrays.lengths, atol=1e-7)
+        np.testing.assert_array_equal(after.arrays.link_relations, before.arrays.link_relations)
+        np.testing.assert_array_equal(after.arrays.link_sources, before.arrays.link_sources)
+        np.testing.assert_allclose(after.arrays.link_lengths, before.arrays.link_lengths, atol=1e-6)
 
 
 def test_the_four_variants_are_the_group_of_the_two_changes():
     sequence = random_sequence(np.random.default_rng(1), 3, 4, 3)
-    before = sequence_frames(sequence)[0].features
+    before = sequence_frames(sequence)[0].arrays.features
     signs = (np.ones(NUM_NODE_FEATURES), mirror_signs(), turn_signs(), mirror_signs() * turn_signs())
     for change, expected in zip(VARIANTS["all"], signs, strict=True):
-        np.testing.assert_allclose(sequence_frames(change(sequence))[0].features, before * expected, atol=1e-6)
+        np.testing.assert_allclose(sequence_frames(change(sequence))[0].arrays.features, before * expected, atol=1e-6)
 
 
 def test_the_judged_window_has_the_same_frames():
@@ -83,7 +84,7 @@ def test_the_judged_window_has_the_same_frames():
     window = judged_window(sequence)
     assert [snapshot.timestamp for snapshot in window] == [0.0, 1.2, 2.4]
     for one, other in zip(sequence_frames(window), sequence_frames(sequence), strict=True):
-        np.testing.assert_array_equal(one.features, other.features)
+        np.testing.assert_array_equal(one.arrays.features, other.arrays.features)
 
 
 def test_augmented_copies_follow_their_original_with_its_scores():

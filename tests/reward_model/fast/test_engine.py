@@ -65,7 +65,7 @@ def test_training_on_changes_nothing():
 
 def test_frames_are_left_as_they_were():
     window = random_windows(32, count=3)[2]
-    before = [frame.features.copy() for frame in window]
+    before = [frame.arrays.features.copy() for frame in window]
     FusedNetwork(flat_layers(random_network((42, 8, 2), "tabulated").operators()))([window])
     for frame, features in zip(window, before, strict=True):
-        np.testing.assert_array_equal(frame.features, features)
+        np.testing.assert_array_equal(frame.arrays.features, features)

@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from reward_model.fast.grouped_window import FEATURES, GROUPED, KINDS, MANY_TO_ONE, flat_windows, stack_windows
-from reward_model.graph.windows import NodeKind, Relation, frame_graph, scene_graph, wall_segments
+from reward_model.graph.features import NodeKind, Relation
+from reward_model.graph.windows import frame_graph, scene_graph, wall_segments
 from tests.reward_model.graph.test_windows import NO_INTERACTIONS, hand_made, interactions, objects, people
 from tests.reward_model.random_scenes import random_windows
 
@@ -84,7 +85,7 @@ def test_nothing_of_the_graphs_is_lost(seed):
         nodes, edges = flat_windows(stack_windows([window]))
         place = place_of_nodes(window)
         np.testing.assert_allclose(1 / nodes.inverse_degrees[place], np.bincount(graph.targets), rtol=1e-6)
-        kinds = np.concatenate([each.kinds for each in window])
+        kinds = np.concatenate([each.arrays.kinds for each in window])
         features = np.zeros_like(graph.features)
         for node, kind in enumerate(kinds):
             columns = FEATURES[KINDS.index(NodeKind(kind))]
@@ -105,7 +106,7 @@ def test_nothing_of_the_graphs_is_lost(seed):
 
 def place_of_nodes(window):
     """Where the nodes of a window's graph go: sorted by place in the window and kind, else as they are."""
-    keys = [(time, KINDS.index(NodeKind(kind))) for time, each in enumerate(window) for kind in each.kinds]
+    keys = [(time, KINDS.index(NodeKind(kind))) for time, each in enumerate(window) for kind in each.arrays.kinds]
     order = sorted(range(len(keys)), key=keys.__getitem__)
     return np.argsort(order)
 

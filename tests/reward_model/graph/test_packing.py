@@ -3,8 +3,10 @@ import pickle
 import numpy as np
 import pytest
 
-from reward_model.graph.packing import COLUMNS, NUM_PACKED, num_words, packed, unpacked, views
-from reward_model.graph.windows import FrameGraph, NodeKind, mirrored_frame
+from reward_model.graph.features import COLUMNS, NodeKind
+from reward_model.graph.frame import FrameGraph
+from reward_model.graph.packing import NUM_PACKED, num_words, packed, unpacked, views
+from reward_model.graph.windows import mirrored_frame
 from tests.reward_model.random_scenes import random_windows
 
 
@@ -14,7 +16,7 @@ def frames() -> list[FrameGraph]:
 
 def assert_same(first: FrameGraph, second: FrameGraph):
     for name, array in first.arrays._asdict().items():
-        other = getattr(second, name)
+        other = getattr(second.arrays, name)
         np.testing.assert_array_equal(array, other, err_msg=name)
         assert array.dtype == other.dtype, name
 
@@ -38,15 +40,15 @@ def test_frames_may_stand_one_after_the_other():
 
 def test_features_of_other_kinds_are_left_out():
     frame = frames()[0]
-    wrong = frame.features.copy()
-    wrong[frame.kinds == NodeKind.WALL, 41] = 7.0  # a goal's
+    wrong = frame.arrays.features.copy()
+    wrong[frame.arrays.kinds == NodeKind.WALL, 41] = 7.0  # a goal's
     assert_same(FrameGraph(*unpacked(frame.replaced(features=wrong).words)), frame)
 
 
 def test_columns_are_those_that_are_not_zero():
     seen = {kind: set() for kind in NodeKind}
     for frame in frames():
-        for kind, row in zip(frame.kinds.tolist(), frame.features, strict=True):
+        for kind, row in zip(frame.arrays.kinds.tolist(), frame.arrays.features, strict=True):
             seen[NodeKind(kind)] |= set(np.flatnonzero(row).tolist())
     for kind, columns in enumerate(COLUMNS):
         assert len(columns) <= NUM_PACKED
@@ -63,7 +65,8 @@ def test_views_share_the_memory_of_the_words():
 def test_a_frame_is_the_same_whatever_it_was_made_of(form):
     for frame in frames():
         made = FrameGraph.of_words(frame.words) if form == "words" else FrameGraph(*frame.arrays)
-        assert len(made) == len(frame) == len(frame.kinds)
+        assert len(made) == len(frame) == len(frame.arrays.kinds)
+        assert made.num_links == frame.num_links == len(frame.arrays.link_lengths)
         assert_same(made, frame)
         np.testing.assert_array_equal(made.words, frame.words)
         assert_same(pickle.loads(pickle.dumps(made)), frame)

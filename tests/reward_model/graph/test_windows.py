@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from reward_model.data.augmentation import mirrored
+from reward_model.graph.features import NodeKind, Relation
 from reward_model.graph.windows import (
-    NodeKind,
-    Relation,
     frame_graph,
     matching_nodes,
     mirrored_frame,
@@ -109,7 +108,12 @@ def edges_of(graph) -> dict[tuple[int, int, str], float]:
 
 
 def links_of(frame) -> dict[tuple[int, int, str], float]:
-    columns = (frame.link_sources, frame.link_targets, frame.link_relations, frame.link_lengths)
+    columns = (
+        frame.arrays.link_sources,
+        frame.arrays.link_targets,
+        frame.arrays.link_relations,
+        frame.arrays.link_lengths,
+    )
     rows = [tuple(column.tolist()) for column in columns]
     links = [
         ((source, target, Relation(relation).name), length)
@@ -122,11 +126,11 @@ def links_of(frame) -> dict[tuple[int, int, str], float]:
 def test_nodes_of_a_hand_made_scene():
     frame = graph_of(hand_made())
     graph = scene_graph([frame])
-    assert [NodeKind(kind).name for kind in frame.kinds] == ["ROOM", "PERSON", "OBJECT", "GOAL", "WALL", "WALL"]
+    assert [NodeKind(kind).name for kind in frame.arrays.kinds] == ["ROOM", "PERSON", "OBJECT", "GOAL", "WALL", "WALL"]
     expected = np.array([ROOM, PERSON, OBJECT, GOAL, NEAR_WALL, FAR_WALL])
     assert expected.shape == (6, 42)
     np.testing.assert_allclose(graph.features, expected, atol=1e-7)
-    np.testing.assert_allclose(frame.lengths, [0, 0.2236068, 0.3, 0.5, 0.3047950, 0.3522783], atol=1e-7)
+    np.testing.assert_allclose(frame.arrays.lengths, [0, 0.2236068, 0.3, 0.5, 0.3047950, 0.3522783], atol=1e-7)
 
 
 def test_edges_of_a_hand_made_scene():
@@ -177,7 +181,7 @@ def test_people_are_the_same_whatever_their_order():
     poses = np.array([[3.0, 1, 0], [2, 1, 0]])
     swapped = People(np.array([2, 1]), poses, np.zeros_like(poses))
     second = graph_of(hand_made(people=swapped, interactions=NO_INTERACTIONS))
-    pairs = {(int(a), int(b)) for a, b in zip(*matching_nodes(first.keys, second.keys), strict=True)}
+    pairs = {(int(a), int(b)) for a, b in zip(*matching_nodes(first.arrays.keys, second.arrays.keys), strict=True)}
     assert pairs == {(0, 0), (1, 2), (2, 1), (3, 3), (4, 4), (5, 5), (6, 6)}
 
 
@@ -217,7 +221,7 @@ def test_walls_are_cut_as_published(length, expected):
 
 def test_a_wall_without_length_is_finite():
     frame = graph_of(hand_made(walls=np.array([[1.0, 1.0, 1.0, 1.0]])))
-    assert np.isfinite(frame.features).all()
+    assert np.isfinite(frame.arrays.features).all()
     assert len(frame) == 5
 
 
@@ -279,7 +283,7 @@ def test_an_empty_place_is_a_room_with_a_goal():
     frame = graph_of(
         hand_made(people=people(), objects=objects(), walls=np.zeros((0, 4)), interactions=NO_INTERACTIONS)
     )
-    assert [NodeKind(kind).name for kind in frame.kinds] == ["ROOM", "GOAL"]
+    assert [NodeKind(kind).name for kind in frame.arrays.kinds] == ["ROOM", "GOAL"]
     assert edges_of(scene_graph([frame])) == pytest.approx(
         {(1, 0, "GOAL_ROOM"): 0.5, (0, 1, "ROOM_GOAL"): 0.5, (0, 0, "SELF"): 0, (1, 1, "SELF"): 0}
     )
@@ -287,12 +291,12 @@ def test_an_empty_place_is_a_room_with_a_goal():
 
 def test_frames_do_not_remember_the_windows_they_were_in():
     frames = sequence_frames(random_sequence(np.random.default_rng(0)))
-    before = [frame.features.copy() for frame in frames]
+    before = [frame.arrays.features.copy() for frame in frames]
     scene_graph(frames)
     scene_graph(frames[::-1])
     for frame, features in zip(frames, before, strict=True):
-        np.testing.assert_array_equal(frame.features, features)
-        assert not frame.features[:, 5:8].any()
+        np.testing.assert_array_equal(frame.arrays.features, features)
+        assert not frame.arrays.features[:, 5:8].any()
 
 
 def test_mirrored_scenes_have_mirrored_features():
@@ -316,8 +320,8 @@ def test_a_mirrored_frame_is_the_frame_of_the_mirrored_scene() -> None:
     for seed in range(5):
         sequence = random_sequence(np.random.default_rng(seed))
         for frame, mirror in zip(sequence_frames(sequence), sequence_frames(mirrored(sequence)), strict=True):
-            np.testing.assert_allclose(mirrored_frame(frame).features, mirror.features, atol=1e-6)
-            np.testing.assert_array_equal(frame.link_sources, mirror.link_sources)
+            np.testing.assert_allclose(mirrored_frame(frame).arrays.features, mirror.arrays.features, atol=1e-6)
+            np.testing.assert_array_equal(frame.arrays.link_sources, mirror.arrays.link_sources)
 
 
 def test_the_walls_of_a_mirrored_frame_can_be_turned() -> None:
@@ -326,5 +330,5 @@ def test_the_walls_of_a_mirrored_frame_can_be_turned() -> None:
     turned = [replace(each, walls=each.walls[:, [2, 3, 0, 1]]) for each in mirror.snapshots]
     expected = sequence_frames(replace(mirror, snapshots=tuple(turned)))
     for frame, other in zip(sequence_frames(sequence), expected, strict=True):
-        features = mirrored_frame(frame, turn_walls=True).features
-        assert sorted(features.round(4).tolist()) == sorted(other.features.round(4).tolist())
+        features = mirrored_frame(frame, turn_walls=True).arrays.features
+        assert sorted(features.round(4).tolist()) == sorted(other.arrays.features.round(4).tolist())

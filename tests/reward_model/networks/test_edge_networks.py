@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import torch
 
-from reward_model.graph.windows import LENGTH_FEATURE, NUM_EDGE_FEATURES, Relation
+from reward_model.graph.features import LENGTH_FEATURE, NUM_EDGE_FEATURES, Relation
 from reward_model.networks.edge_networks import (
     IN_METRES,
     MEASURED,

@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 import torch
 
-from reward_model.graph.windows import Relation, scene_graph
+from reward_model.graph.features import Relation
+from reward_model.graph.windows import scene_graph
 from reward_model.networks.edge_networks import EDGE_NETWORKS, MEASURED, PLAIN
 from tests.reward_model.random_scenes import random_windows
 

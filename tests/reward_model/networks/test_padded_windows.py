@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from reward_model.graph.windows import NodeKind, frame_graph, wall_segments
+from reward_model.graph.features import NodeKind
+from reward_model.graph.windows import frame_graph, wall_segments
 from reward_model.networks.padded_windows import ABSENT, LINK_RELATIONS, pack_windows
 from tests.reward_model.graph.test_windows import NO_INTERACTIONS, hand_made, objects, people
 

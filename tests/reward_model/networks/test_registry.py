@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import torch
 
-from reward_model.graph.windows import Relation, SceneGraph, scene_graph
+from reward_model.graph.features import Relation
+from reward_model.graph.windows import SceneGraph, scene_graph
 from reward_model.networks.checkpoint import (
     Checkpoint,
     CheckpointError,

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from reward_model.graph.windows import NodeKind, Relation, scene_graph
+from reward_model.graph.features import NodeKind, Relation
+from reward_model.graph.windows import scene_graph
 from socnav_env.config import EnvConfig, PopulationConfig, RoomConfig
 from socnav_env.env import SocNavEnv
 from socnav_env.observations import GraphObservation
@@ -46,7 +47,7 @@ def test_there_is_room_for_every_scene_that_the_config_makes(population: Populat
         env.reset(seed=seed)
         window = env.window()
         assert fitted_frames(window, graph.max_nodes, graph.max_links) == window
-        assert max(len(frame.link_sources) for frame in window) <= graph.max_links / 2
+        assert max(len(frame.arrays.link_sources) for frame in window) <= graph.max_links / 2
 
 
 def test_wall_segments_are_counted_as_the_graph_cuts_them() -> None:
@@ -54,7 +55,7 @@ def test_wall_segments_are_counted_as_the_graph_cuts_them() -> None:
     assert most_segments(RoomConfig()) == 54
     config = EnvConfig(room=RoomConfig(kinds=("l_shape",), l_unit=(4, 4)))
     env, _ = played(config, seed=0, steps=0)
-    assert (env.window()[0].kinds == NodeKind.WALL).sum() == 54
+    assert (env.window()[0].arrays.kinds == NodeKind.WALL).sum() == 54
 
 
 def test_of_too_large_a_graph_the_nearest_nodes_and_shortest_links_are_left() -> None:
@@ -63,16 +64,18 @@ def test_of_too_large_a_graph_the_nearest_nodes_and_shortest_links_are_left() ->
     frames = fitted_frames(window, max_nodes=20, max_links=8)
     for frame, whole in zip(frames, window, strict=True):
         assert len(frame) == 20
-        assert frame.kinds[0] == NodeKind.ROOM
-        assert NodeKind.GOAL in frame.kinds
-        assert len(frame.link_sources) <= 8
-        rows = [np.flatnonzero((whole.features == features).all(axis=1)).size for features in frame.features]
+        assert frame.arrays.kinds[0] == NodeKind.ROOM
+        assert NodeKind.GOAL in frame.arrays.kinds
+        assert len(frame.arrays.link_sources) <= 8
+        rows = [
+            np.flatnonzero((whole.arrays.features == features).all(axis=1)).size for features in frame.arrays.features
+        ]
         assert min(rows) >= 1
-        ends = frame.keys[np.concatenate([frame.link_sources, frame.link_targets])]
-        assert set(ends) <= set(frame.keys)
-    kept = np.isin(window[0].keys, frames[0].keys)
-    kinds = window[0].kinds != NodeKind.GOAL
-    assert window[0].lengths[kept & kinds].max() <= window[0].lengths[~kept & kinds].min()
+        ends = frame.arrays.keys[np.concatenate([frame.arrays.link_sources, frame.arrays.link_targets])]
+        assert set(ends) <= set(frame.arrays.keys)
+    kept = np.isin(window[0].arrays.keys, frames[0].arrays.keys)
+    kinds = window[0].arrays.kinds != NodeKind.GOAL
+    assert window[0].arrays.lengths[kept & kinds].max() <= window[0].arrays.lengths[~kept & kinds].min()
     graph = scene_graph(frames)
     people = graph.relations == Relation.PERSON_PERSON
     assert (graph.features[graph.sources[people], NodeKind.PERSON] == 1).all()
@@ -81,12 +84,12 @@ def test_of_too_large_a_graph_the_nearest_nodes_and_shortest_links_are_left() ->
 def test_links_between_people_go_before_those_to_walls() -> None:
     env, _ = played(EnvConfig(population=CROWDED), seed=2)
     (whole,) = window = env.window()[:1]
-    interactions = int((~np.isin(whole.link_relations, (Relation.PERSON_WALL, Relation.WALL_PERSON))).sum())
+    interactions = int((~np.isin(whole.arrays.link_relations, (Relation.PERSON_WALL, Relation.WALL_PERSON))).sum())
     assert interactions >= 6
     (frame,) = fitted_frames(window, max_nodes=999, max_links=interactions + 2)
-    assert len(frame.link_sources) == interactions + 2
-    walls = np.isin(whole.link_relations, (Relation.PERSON_WALL, Relation.WALL_PERSON))
-    assert frame.link_lengths[-2:].tolist() == pytest.approx([whole.link_lengths[walls].min()] * 2)
+    assert len(frame.arrays.link_sources) == interactions + 2
+    walls = np.isin(whole.arrays.link_relations, (Relation.PERSON_WALL, Relation.WALL_PERSON))
+    assert frame.arrays.link_lengths[-2:].tolist() == pytest.approx([whole.arrays.link_lengths[walls].min()] * 2)
 
 
 def test_layouts_are_those_of_other_observations() -> None:

@@ -147,7 +147,7 @@ def test_an_export_is_the_scene_that_was_judged(feature_reward, feature_scorer, 
     recording = record_episode(env)
     for window, again in zip(windows, recorded_windows(recording), strict=True):
         for frame, other in zip(window, again, strict=True):
-            np.testing.assert_array_equal(frame.features, other.features)
+            np.testing.assert_array_equal(frame.arrays.features, other.arrays.features)
     sequence = recorded_sequence(recording, "scene")
     assert len(sequence) == 1 + 10 + 5
     assert [sequence.snapshots[index].timestamp for index in (0, 10, 15)] == pytest.approx([-2.0, 0.0, 1.0])

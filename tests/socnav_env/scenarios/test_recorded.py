@@ -73,7 +73,7 @@ def test_what_is_seen_at_first_is_what_was_recorded_last(file: Path, feature_rew
     for _ in range(12):
         again.step(np.array([0.6, 0.1]))
     for mine, theirs in zip(env.window()[:2], again.window()[:2], strict=True):  # the first snapshot has no velocities
-        np.testing.assert_allclose(mine.features, theirs.features, atol=1e-5)
+        np.testing.assert_allclose(mine.arrays.features, theirs.arrays.features, atol=1e-5)
 
 
 def test_a_recording_without_robot_poses_is_told_by_its_walls(file: Path, tmp_path: Path) -> None:

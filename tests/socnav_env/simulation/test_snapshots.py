@@ -120,7 +120,7 @@ def test_as_many_snapshots_are_kept_as_a_window_reaches_across(period: float, fr
         wanted = sequence_frames(SceneSequence(recorder.snapshots))
         assert len(recorder.window()) == len(wanted)
         for kept, computed in zip(recorder.window(), wanted, strict=True):
-            np.testing.assert_array_equal(kept.features, computed.features)
+            np.testing.assert_array_equal(kept.arrays.features, computed.arrays.features)
     assert len(recorder.snapshots) == frames
     assert len(recorder.window()) == 3
 
@@ -136,8 +136,8 @@ def test_a_window_is_what_the_same_snapshots_give_as_a_recorded_sequence() -> No
     pairs = list(zip(recorder.window(), sequence_frames(SceneSequence(recorder.snapshots)), strict=True))
     assert len(pairs) == 3
     for kept, computed in pairs:
-        np.testing.assert_array_equal(kept.features, computed.features)
-        np.testing.assert_array_equal(kept.link_lengths, computed.link_lengths)
+        np.testing.assert_array_equal(kept.arrays.features, computed.arrays.features)
+        np.testing.assert_array_equal(kept.arrays.link_lengths, computed.arrays.link_lengths)
 
 
 def test_an_empty_room_is_a_scene_too() -> None:
