@@ -30,7 +30,7 @@ def assert_same_frames(first: list[FrameGraph], second: list[FrameGraph]):
     for one, other in zip(first, second, strict=True):
         for name, array in one.arrays._asdict().items():
             np.testing.assert_array_equal(array, getattr(other.arrays, name))
-            assert array.dtype == getattr(other, name).dtype
+            assert array.dtype == getattr(other.arrays, name).dtype
 
 
 def test_what_was_stored_is_loaded(entry):
