@@ -23,7 +23,6 @@ from benchmarks.speed_loops import (
     play_vector,
     threads_of_torch,
     timed,
-    timed_items,
 )
 from reward_model.base.numba import machine_code, njit
 from socnav_env.config import EnvConfig, PopulationConfig
@@ -31,7 +30,6 @@ from socnav_env.env import SocNavEnv
 from socnav_env.people.social_force import walk
 from socnav_env.people.walkers import Habits, Surroundings, Walkers
 from socnav_env.rewards import REWARDS
-from socnav_env.rewards.judging import Judging
 from socnav_env.simulation import snapshots as snapshots_module
 from socnav_env.simulation.world import World
 from socnav_env.vector import env as vector_module
@@ -144,9 +142,7 @@ def _spent_in_turns(vectors: dict[str, Any], rounds: int) -> list[Seconds]:
         environments.reset(seed=0)
     with ExitStack() as stack:
         stack.enter_context(timed(snapshots_module, "_frame", "graph", spent))
-        stack.enter_context(timed(vector_module, "Judging", "network", spent))
-        stack.enter_context(timed(Judging, "add", "network", spent))
-        stack.enter_context(timed_items(Judging, "scores", "network", spent))
+        stack.enter_context(timed(vector_module, "judge_all", "network", spent))
         for actions in np.random.default_rng(0).uniform(-1, 1, (rounds, num_envs, 2)):
             spent.clear()
             ended = []

@@ -17,7 +17,6 @@ import socnav_env  # noqa: F401 - registers SocNav2-v0
 
 SCENE_STEPS = 32  # that a single environment plays before it goes on to the next seed's scene
 
-_END = object()
 
 Seconds = defaultdict[str, float]
 
@@ -76,23 +75,6 @@ def timed(owner: Any, name: str, part: str, spent: Seconds) -> AbstractContextMa
             return function(*args, **kwargs)
         finally:
             spent[part] += time.perf_counter() - begin
-
-    return _replaced(owner, name, called)
-
-
-def timed_items(owner: Any, name: str, part: str, spent: Seconds) -> AbstractContextManager[None]:
-    """Likewise of a generator: the seconds that each of its items takes."""
-    function = getattr(owner, name)
-
-    def called(*args: Any, **kwargs: Any) -> Iterator[Any]:
-        items = function(*args, **kwargs)
-        while True:
-            begin = time.perf_counter()
-            item = next(items, _END)
-            spent[part] += time.perf_counter() - begin
-            if item is _END:
-                return
-            yield item
 
     return _replaced(owner, name, called)
 
