@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from reward_model.base.commands import check_least
 from reward_model.base.progress import progress_bars
 from reward_model.commands.learning import graph_folder
 
@@ -169,8 +170,7 @@ class Label:
         """Label, and print where the copies are."""
         from reward_model.data.labelling import label_files, unlabelled_files
 
-        if self.jobs < 1:
-            raise ValueError(f"jobs must be at least 1, got {self.jobs}")
+        check_least(self, jobs=1)
         files = unlabelled_files(self.data, self.output)
         with progress_bars() as progress:
             bar = progress.add_task("label", total=len(files))
