@@ -121,7 +121,7 @@ def test_mirror_images_of_windows_follow_the_windows():
         for frame, other in zip(window, image, strict=True):
             expected = mirrored_frame(frame, turn_walls=True)
             np.testing.assert_array_equal(other.arrays.features, expected.arrays.features)
-            np.testing.assert_array_equal(other.keys, frame.keys)
+            np.testing.assert_array_equal(other.arrays.keys, frame.arrays.keys)
     np.testing.assert_array_equal(both[-1][0].arrays.features, both[5][0].arrays.features)
     assert [len(part) for part in (both[2:4], both[4:9], both[6:])] == [2, 2, 0]
     with pytest.raises(IndexError):
