@@ -12,7 +12,7 @@ import tyro
 from rich.console import Console
 
 from agents.config import RunConfig
-from agents.files import read_object
+from agents.storage import read_object
 from reward_model.base.commands import Command, check_least, run_command
 
 
@@ -40,7 +40,7 @@ class EvaluateAgent:
     def run(self) -> None:
         """Play all episodes, print the summary and write it where asked to."""
         from agents.evaluation import evaluate, evaluation_seeds
-        from agents.policy import load_agent
+        from agents.policy_files import load_agent
         from agents.report import evaluation_table
         from agents.run import check_environment, environment_maker, environment_settings, write_evaluations
 

@@ -11,8 +11,8 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecNormalize
 from torch import Tensor
 
-from agents.policy import fill_network, network_tensors
-from agents.tensor_files import read_tensors, write_tensors
+from agents.policy_files import fill_network, network_tensors
+from agents.storage import read_tensors, write_tensors
 
 CHECKPOINT_FILE = "checkpoint.safetensors"
 CHECKPOINT_LAYOUT = "socnav2-checkpoint-1"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, field, fields
 from typing import Any, TypeVar
 
-from agents.errors import require
+from agents.storage import require
 
 Config = TypeVar("Config", bound="PPOConfig | RunConfig")
 

@@ -18,7 +18,7 @@ from agents.config import PPOConfig, RunConfig
 from agents.envs import EnvironmentMaker, make_training_envs
 from agents.evaluation import SELECTION_SEEDS, Evaluation, evaluate, evaluation_seeds
 from agents.features.policy import EntityPolicy, EntityRolloutBuffer
-from agents.policy import AGENT_FILE, policy_arguments, save_policy
+from agents.policy_files import AGENT_FILE, policy_arguments, save_policy
 
 FINAL_LEARNING_RATE = 0.1  # share of the learning rate that is left at the end
 TENSORBOARD_FOLDER = "tensorboard"
@@ -91,7 +91,7 @@ def build_model(config: RunConfig, envs: VecEnv, seed: int) -> PPO:
 
 
 def architecture(ppo: PPOConfig) -> dict[str, object]:
-    """Return the sizes that `agents.policy` builds the network from."""
+    """Return the sizes that `agents.policy_files` builds the network from."""
     return {
         "entity_width": ppo.entity_width,
         "net_arch": list(ppo.net_arch),

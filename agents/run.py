@@ -8,12 +8,11 @@ from rich.console import Console
 
 from agents.config import RunConfig
 from agents.envs import EnvironmentMaker, SocNavMaker
-from agents.errors import AgentError
 from agents.evaluation import Evaluation, evaluate, evaluation_seeds
-from agents.files import read_object, write_json
-from agents.policy import AGENT_FILE, load_agent, load_policy
+from agents.policy_files import AGENT_FILE, load_agent, load_policy
 from agents.ppo import train
 from agents.report import evaluation_table, film_episode, plot_learning_curve
+from agents.storage import AgentError, read_object, write_json
 
 RUNS_FOLDER = Path("runs")
 CONFIG_FILE = "config.json"

@@ -10,8 +10,7 @@ import tyro
 from rich.console import Console
 
 from agents.config import PPOConfig, RunConfig
-from agents.errors import AgentError
-from agents.files import read_object
+from agents.storage import AgentError, read_object
 from reward_model.base.commands import INTERRUPTED, exit_status
 
 FIXED = (

@@ -31,5 +31,5 @@ __all__ = [
 gym.register(
     "SocNav2-v0",
     entry_point="socnav_env.env:SocNavEnv",
-    vector_entry_point="socnav_env.vector.env:make_vector_env",
+    vector_entry_point="socnav_env.vector.make:make_vector_env",
 )

@@ -18,7 +18,7 @@ from socnav_env.env import SocNavEnv, StepResult, check_options
 from socnav_env.observations import RowObservation
 from socnav_env.rewards.judging import judge_all
 from socnav_env.vector.arguments import Seeds, autoreset_mode_of, commands_of, named_by, seeds_of, values_for
-from socnav_env.vector.infos import batch_infos
+from socnav_env.vector.infos import batch_infos, merged_infos
 
 
 class SocNavVectorEnv(VectorEnv[Any, NDArray[np.float32], NDArray[Any]]):
@@ -32,15 +32,22 @@ class SocNavVectorEnv(VectorEnv[Any, NDArray[np.float32], NDArray[Any]]):
     autoreset_mode: when an episode that has ended begins anew: "NextStep" (in the next step, which ignores that
         world's action), "SameStep" (at once; what ended is in the infos `final_obs` and `final_info`) or "Disabled"
         (when `reset(options={"reset_mask": ...})` says so)
+    action_repeat: control periods that an action lasts, at most to the end of the episode. With more than one, rewards
+        are float32 sums over them, as PPO's buffers keep rewards, and infos are those of `merged_infos`
     arguments: those of `SocNavEnv`; all worlds share one reward and one observation object
     """
 
     def __init__(
-        self, num_envs: int = 1, autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP, **arguments: Any
+        self,
+        num_envs: int = 1,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        action_repeat: int = 1,
+        **arguments: Any,
     ) -> None:
-        if num_envs < 1:
-            raise ValueError(f"num_envs must be at least 1, got {num_envs}")
-        self.num_envs = num_envs
+        for name, number in (("num_envs", num_envs), ("action_repeat", action_repeat)):
+            if number < 1:
+                raise ValueError(f"{name} must be at least 1, got {number}")
+        self.num_envs, self.action_repeat = num_envs, action_repeat
         self.autoreset_mode = autoreset_mode_of(autoreset_mode)
         first = SocNavEnv(**arguments)
         shared = {
@@ -80,7 +87,7 @@ class SocNavVectorEnv(VectorEnv[Any, NDArray[np.float32], NDArray[Any]]):
         return self.observations(), batch_infos(dict(zip(chosen, infos, strict=True)), self.num_envs)
 
     def step(self, actions: ArrayLike) -> tuple[Any, FloatArray, BoolArray, BoolArray, dict[str, Any]]:
-        """Let one control period pass in every world; see Gymnasium.
+        """Let one action pass in every world, by default one control period; see Gymnasium.
 
         actions: (num_envs, size of an action)
         Raises `ValueError` for actions that are not finite numbers of this shape, `ResetNeeded` after the end of an
@@ -88,8 +95,7 @@ class SocNavVectorEnv(VectorEnv[Any, NDArray[np.float32], NDArray[Any]]):
         """
         restarting = self._ended() if self.autoreset_mode is AutoresetMode.NEXT_STEP else []
         running = [index for index in range(self.num_envs) if index not in restarting]
-        results = self.step_some(running, actions)
-        infos = {index: result.info for index, result in zip(running, results, strict=True)}
+        infos = self._act(running, actions)
         infos.update(zip(restarting, self.reset_some(restarting), strict=True))
         returned = self._rewards.copy(), self._terminations.copy(), self._truncations.copy()
         if self.autoreset_mode is AutoresetMode.SAME_STEP:
@@ -138,6 +144,10 @@ class SocNavVectorEnv(VectorEnv[Any, NDArray[np.float32], NDArray[Any]]):
         found = [getattr(env, name) for env in self.envs]
         return tuple(each(*args, **kwargs) if callable(each) else each for each in found)
 
+    def call_some(self, chosen: Sequence[int], name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
+        """Call a method of some of the worlds' environments."""
+        return tuple(getattr(self.envs[index], name)(*args, **kwargs) for index in chosen)
+
     def get_attr(self, name: str) -> tuple[Any, ...]:
         """Return an attribute of every world's environment."""
         return self.call(name)
@@ -161,6 +171,23 @@ class SocNavVectorEnv(VectorEnv[Any, NDArray[np.float32], NDArray[Any]]):
     def np_random_seed(self) -> tuple[int | None, ...]:  # type: ignore[override]  # likewise
         """What every world was seeded with last."""
         return self.get_attr("np_random_seed")
+
+    def _act(self, running: Sequence[int], actions: ArrayLike) -> dict[int, dict[str, Any]]:
+        """Let an action last its control periods, and return the info of each world by its index."""
+        if self.action_repeat == 1:
+            results = self.step_some(running, actions)
+            return {index: result.info for index, result in zip(running, results, strict=True)}
+        infos: dict[int, list[dict[str, Any]]] = {index: [] for index in running}
+        totals = np.zeros(self.num_envs, dtype=np.float32)
+        for _ in range(self.action_repeat):
+            for index, result in zip(running, self.step_some(running, actions), strict=True):
+                totals[index] += result.reward
+                infos[index].append(result.info)
+            running = [each for each in running if not (self._terminations[each] or self._truncations[each])]
+            if not running:
+                break
+        self._rewards[:] = totals
+        return {index: merged_infos(each) for index, each in infos.items()}
 
     def _conclude(self, index: int, scores: Scores | None) -> StepResult:
         """End a world's step and have the robot look."""
@@ -232,16 +259,3 @@ def _make_batch(env: SocNavEnv, num_envs: int) -> _Batch:
     if isinstance(env.observation, RowObservation):
         return _RowBatch(env.observation, num_envs)
     return _ItemBatch(env, num_envs)
-
-
-def make_vector_env(num_envs: int = 1, num_workers: int | None = None, **arguments: Any) -> VectorEnv[Any, Any, Any]:
-    """Make what `gym.make_vec("SocNav2-v0", ...)` returns.
-
-    num_envs, arguments: see `SocNavVectorEnv`, which this is in the process at hand
-    num_workers: how many processes share the worlds; where given, this is a `SocNavWorkerVectorEnv`
-    """
-    if num_workers is None:
-        return SocNavVectorEnv(num_envs, **arguments)
-    from socnav_env.vector.workers_env import SocNavWorkerVectorEnv
-
-    return SocNavWorkerVectorEnv(num_envs, num_workers, **arguments)

@@ -78,3 +78,35 @@ def _joined(parts: Sequence[Any], sizes: Sequence[int]) -> dict[str, Any] | NDAr
             for part, size in zip(parts, sizes, strict=True)
         ]
     )
+
+
+def split_infos(batch: Mapping[str, Any], num_envs: int) -> list[dict[str, Any]]:
+    """The infos of single environments that `batch_infos` gathered, numbers as Python's own."""
+    infos: list[dict[str, Any]] = [{} for _ in range(num_envs)]
+    for key, values in batch.items():
+        present = batch.get(f"_{key}")
+        if present is None:  # this says itself where another key is present
+            continue
+        rows = split_infos(values, num_envs) if isinstance(values, dict) else _rows(values)
+        for index in np.flatnonzero(present).tolist():
+            infos[index][key] = rows[index]
+    return infos
+
+
+def _rows(values: NDArray[Any]) -> list[Any]:
+    return values.tolist() if values.ndim == 1 else list(values)
+
+
+def merged_infos(infos: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """The info of an action that lasted several control periods.
+
+    The last one's, with reward terms added up, scores averaged, and `control_steps`, how many periods there were.
+    """
+    merged = {**infos[-1], "control_steps": len(infos)}
+    if "reward_terms" in merged:
+        names = merged["reward_terms"]
+        merged["reward_terms"] = {name: sum(info["reward_terms"][name] for info in infos) for name in names}
+    for name in ("q1", "q2"):
+        if name in merged:
+            merged[name] = sum(info[name] for info in infos) / len(infos)
+    return merged

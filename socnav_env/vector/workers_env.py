@@ -77,7 +77,7 @@ class SocNavWorkerVectorEnv(VectorEnv[Any, NDArray[np.float32], NDArray[Any]]):
         return self._observations(observations), join_infos(infos, self._sizes)
 
     def step(self, actions: ArrayLike) -> tuple[Any, FloatArray, BoolArray, BoolArray, dict[str, Any]]:
-        """Let one control period pass in every world; see `SocNavVectorEnv.step`."""
+        """Let one action pass in every world; see `SocNavVectorEnv.step`."""
         values = self._checked(actions)
         answers = self._pool.ask_all("step", [(values[share],) for share in self._shares])
         observations, rewards, terminations, truncations, infos = zip(*answers, strict=True)
@@ -93,6 +93,14 @@ class SocNavWorkerVectorEnv(VectorEnv[Any, NDArray[np.float32], NDArray[Any]]):
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
         """Call a method of every world's environment; of an attribute that is none, return the value."""
         return tuple(chain.from_iterable(self._pool.ask_all("call", [(name, args, kwargs)] * len(self._pool))))
+
+    def call_some(self, chosen: Sequence[int], name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
+        """Call a method of some of the worlds' environments."""
+        workers = [next(place for place, share in enumerate(self._shares) if index < share.stop) for index in chosen]
+        return tuple(
+            self._pool.ask(worker, "call_some", [index - self._shares[worker].start], name, args, kwargs)[0]
+            for worker, index in zip(workers, chosen, strict=True)
+        )
 
     def get_attr(self, name: str) -> tuple[Any, ...]:
         """Return an attribute of every world's environment."""
@@ -166,6 +174,9 @@ class _Part:
 
     def call(self, name: str, args: tuple[Any, ...], kwargs: dict[str, Any]) -> tuple[Any, ...]:
         return self._envs.call(name, *args, **kwargs)
+
+    def call_some(self, chosen: Sequence[int], name: str, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
+        return self._envs.call_some(chosen, name, *args, **kwargs)
 
     def set_attr(self, name: str, values: Sequence[Any]) -> None:
         self._envs.set_attr(name, list(values))

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 import gymnasium as gym
 import numpy as np
 from gymnasium import spaces
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 CAPACITIES = {"people": 3, "objects": 2, "walls": 6, "interactions": 2}
 WIDTHS = {"people": 8, "objects": 6, "walls": 4, "interactions": 4}
@@ -34,6 +35,11 @@ class DiscEnv(gym.Env[dict[str, np.ndarray], np.ndarray]):
         self.observation_space = entities_space()
         self.action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
         self.steps, self.distance, self.render_mode = steps, distance, render_mode
+
+    @classmethod
+    def vector(cls, num_envs: int, num_workers: int, action_repeat: int) -> SyncVectorEnv:
+        assert action_repeat == 1
+        return SyncVectorEnv([cls] * num_envs, autoreset_mode=AutoresetMode.SAME_STEP)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         super().reset(seed=seed)

@@ -1,4 +1,4 @@
-"""What training environments add to the environment itself."""
+"""Training environments: what they are made of, here and in other processes."""
 
 from __future__ import annotations
 
@@ -6,43 +6,9 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from agents.envs import RepeatedAction, SocNavMaker, TrainingMaker, make_training_envs
-from tests.agents.disc import DiscEnv
+from agents.envs import SocNavMaker, make_training_envs
 
-
-class CountingEnv(DiscEnv):
-    """Pays 1, 2, 3, ... and scores a tenth of that."""
-
-    def step(self, action: np.ndarray) -> tuple:
-        observation, _, terminated, truncated, info = super().step(action)
-        return observation, float(self.count), terminated, truncated, {**info, "q2": self.count / 10}
-
-
-def test_a_repeated_action_adds_up_rewards_and_averages_scores() -> None:
-    env = RepeatedAction(CountingEnv(), 3)
-    env.reset(seed=0)
-    first, second = (env.step(np.zeros(2, np.float32)) for _ in range(2))
-    assert (first[1], second[1]) == (1 + 2 + 3, 4 + 5 + 6)
-    assert (first[4]["q2"], second[4]["q2"]) == pytest.approx((0.2, 0.5))
-
-
-def test_a_repeated_action_ends_with_the_episode() -> None:
-    env = RepeatedAction(CountingEnv(steps=4), 3)
-    env.reset(seed=0)
-    assert env.step(np.zeros(2, np.float32))[2:4] == (False, False)
-    _, reward, terminated, truncated, _ = env.step(np.zeros(2, np.float32))
-    assert (reward, terminated, truncated) == (4.0, False, True)
-
-
-def test_training_reports_returns_and_lengths_in_control_steps() -> None:
-    env = TrainingMaker(CountingEnv, 7)()
-    env.reset(seed=0)
-    ended = False
-    while not ended:
-        _, _, terminated, truncated, info = env.step(np.zeros(2, np.float32))
-        ended = terminated or truncated
-    assert (info["episode"]["l"], info["episode"]["r"]) == (60, 60 * 61 / 2)
-    assert info["episode"]["is_success"] is False
+SHORT = SocNavMaker(reward="crowdnav", config={"time_limit": 2.0})  # 10 control steps
 
 
 def test_the_real_environment_fits_in() -> None:
@@ -68,3 +34,49 @@ def test_episodes_begin_in_the_scenario_asked_for() -> None:
         assert observation["people_mask"].sum(axis=1).tolist() == [2.0, 2.0]
     finally:
         envs.close()
+
+
+@pytest.mark.parametrize(("num_envs", "num_workers", "action_repeat"), [(5, 2, 4), (1, 2, 1)])
+def test_other_processes_change_nothing(num_envs: int, num_workers: int, action_repeat: int) -> None:
+    here, there = (make_training_envs(SHORT, num_envs, workers, action_repeat) for workers in (0, num_workers))
+    try:
+        for envs in (here, there):
+            envs.seed(7)
+        _assert_equal(here.reset(), there.reset())
+        generator = np.random.default_rng(0)
+        for _ in range(12):  # past the end of the first episodes
+            actions = generator.uniform(-1, 1, (num_envs, 2)).astype(np.float32)
+            ours, theirs = here.step(actions), there.step(actions)
+            _assert_equal(ours[0], theirs[0])
+            np.testing.assert_array_equal(ours[1], theirs[1])
+            np.testing.assert_array_equal(ours[2], theirs[2])
+            for own, other in zip(ours[3], theirs[3], strict=True):
+                assert own.keys() == other.keys()
+                assert own["TimeLimit.truncated"] == other["TimeLimit.truncated"]
+                assert own["reward_terms"] == other["reward_terms"]
+        there.set_attr("render_mode", "human", indices=num_envs - 1)
+        assert there.get_attr("render_mode") == [None] * (num_envs - 1) + ["human"]
+        assert there.get_attr("render_mode", indices=[num_envs - 1]) == ["human"]
+        assert there.env_method("window", indices=[num_envs - 1]) == [[]]
+    finally:
+        here.close()
+        there.close()
+        there.close()
+
+
+def test_an_error_in_a_worker_is_raised_here() -> None:
+    envs = make_training_envs(SHORT, 2, 2)
+    try:
+        envs.reset()
+        with pytest.raises(ValueError, match="action must be two finite numbers"):
+            envs.step(np.full((2, 2), np.nan, np.float32))
+        with pytest.raises(AttributeError, match="no_such_method"):
+            envs.env_method("no_such_method", indices=[1])
+    finally:
+        envs.close()
+
+
+def _assert_equal(ours: dict[str, np.ndarray], theirs: dict[str, np.ndarray]) -> None:
+    assert ours.keys() == theirs.keys()
+    for key, values in ours.items():
+        np.testing.assert_array_equal(values, theirs[key])

@@ -13,7 +13,8 @@ from safetensors.numpy import save_file
 import socnav_env  # noqa: F401 - registers SocNav2-v0
 from agents import AgentError, agent_names, load_agent
 from agents.baselines import StraightPolicy
-from agents.policy import Policy, build_policy, save_policy
+from agents.policy import Policy
+from agents.policy_files import build_policy, save_policy
 from tests.agents.disc import entities_space
 
 ARCHITECTURE = {"entity_width": 8, "net_arch": [8], "log_std_init": -0.5}

@@ -18,10 +18,10 @@ from rich.console import Console
 from agents.checkpoint import load_checkpoint
 from agents.config import PPOConfig, RunConfig
 from agents.envs import make_training_envs
-from agents.errors import AgentError
 from agents.evaluation import evaluate, evaluation_seeds
-from agents.policy import load_agent
+from agents.policy_files import load_agent
 from agents.ppo import build_model, run_seed, train
+from agents.storage import AgentError
 from tests.agents.disc import DiscEnv
 
 ROOT = Path(__file__).parents[2]

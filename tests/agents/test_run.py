@@ -13,8 +13,8 @@ from rich.console import Console
 
 from agents.__main__ import main as agents_main
 from agents.config import RunConfig
-from agents.errors import AgentError
 from agents.run import new_folder, read_run, run
+from agents.storage import AgentError
 from agents.training_command import main as train_main
 from tests.agents.disc import DiscEnv
 from tests.agents.test_ppo import SMALL

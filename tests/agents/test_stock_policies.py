@@ -7,7 +7,7 @@ from gymnasium import spaces
 from stable_baselines3 import DQN, PPO
 from stable_baselines3.common.vec_env import VecFrameStack
 
-from agents.vector import SB3VectorEnv
+from agents.vector import SB3VecEnv
 from socnav_env.config import EnvConfig, RobotConfig
 from socnav_env.env import SocNavEnv
 from socnav_env.observations import OBSERVATIONS
@@ -24,7 +24,7 @@ def _one_thread() -> None:
 
 @pytest.mark.parametrize("name", OBSERVATIONS)
 def test_ppo_learns_in_a_vector_of_worlds(name: str) -> None:
-    envs = SB3VectorEnv(SocNavVectorEnv(2, reward="dsrnn", observation=name, config=SHORT))
+    envs = SB3VecEnv(SocNavVectorEnv(2, "SameStep", reward="dsrnn", observation=name, config=SHORT))
     policy = "MultiInputPolicy" if isinstance(envs.observation_space, spaces.Dict) else "MlpPolicy"
     model = PPO(policy, envs, n_steps=32, batch_size=32, n_epochs=1, seed=0, device="cpu")
     before = [each.clone() for each in model.policy.parameters()]
@@ -40,7 +40,7 @@ def test_stable_baselines_stacks_past_observations(name: str) -> None:
     def first(observations):
         return observations["robot"] if isinstance(observations, dict) else observations
 
-    envs = SB3VectorEnv(SocNavVectorEnv(2, reward="dsrnn", observation=name, config=SHORT))
+    envs = SB3VecEnv(SocNavVectorEnv(2, "SameStep", reward="dsrnn", observation=name, config=SHORT))
     stacked = VecFrameStack(envs, n_stack=3)
     size = first(envs.reset()).shape[1]
     before = first(stacked.reset())

@@ -1,3 +1,4 @@
+import gymnasium as gym
 import numpy as np
 import pytest
 from gymnasium import spaces
@@ -6,11 +7,12 @@ from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
 
-from agents.envs import MONITORED, RepeatedAction
-from agents.vector import SB3VectorEnv
+from agents.envs import MONITORED
+from agents.vector import SB3VecEnv
 from socnav_env.config import EnvConfig
 from socnav_env.env import SocNavEnv
 from socnav_env.vector.env import SocNavVectorEnv
+from tests.agents.disc import DiscEnv
 
 NUM_ENVS = 3
 CONFIG = EnvConfig.from_dict({"time_limit": 2.0, "robot": {"max_forward_speed": 4.0}})  # 10 steps, some touch something
@@ -20,7 +22,7 @@ class FeatureScorer:
     name = "features"
 
     def score_windows(self, windows) -> np.ndarray:
-        sums = [sum(float(frame.features.sum()) for frame in window) for window in windows]
+        sums = [sum(float(frame.arrays.features.sum()) for frame in window) for window in windows]
         return np.array([[np.sin(value) ** 2, np.cos(value) ** 2] for value in sums], dtype=np.float32)
 
 
@@ -32,8 +34,32 @@ def without_weights(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(rewards, "shared_scorer", lambda weights: scorer)
 
 
-def make(action_repeat: int = 1, **arguments) -> SB3VectorEnv:
-    return SB3VectorEnv(SocNavVectorEnv(NUM_ENVS, **{"config": CONFIG, **arguments}), action_repeat)
+class RepeatedAction(gym.Wrapper):
+    """What an action that lasts several control steps should do, in the simplest way."""
+
+    def __init__(self, env: gym.Env, times: int) -> None:
+        super().__init__(env)
+        self.times = times
+
+    def step(self, action: np.ndarray) -> tuple:
+        rewards, infos = [], []
+        for _ in range(self.times):
+            observation, reward, terminated, truncated, info = self.env.step(action)
+            rewards.append(reward)
+            infos.append(info)
+            if terminated or truncated:
+                break
+        if self.times > 1:
+            info = {**info, "control_steps": len(infos)}
+            terms = [each["reward_terms"] for each in infos]
+            info["reward_terms"] = {name: sum(each[name] for each in terms) for name in terms[0]}
+            for name in {"q1", "q2"} & set(info):
+                info[name] = np.mean([each[name] for each in infos])
+        return observation, sum(rewards), terminated, truncated, info
+
+
+def make(action_repeat: int = 1, **arguments) -> SB3VecEnv:
+    return SB3VecEnv(SocNavVectorEnv(NUM_ENVS, "SameStep", action_repeat, **{"config": CONFIG, **arguments}))
 
 
 def make_dummy(action_repeat: int, reward: str) -> DummyVecEnv:
@@ -111,3 +137,23 @@ def test_options_are_refused() -> None:
     envs.set_options({"room": "big"})
     with pytest.raises(ValueError, match=r"reset has no options, got \{'room': 'big'\}"):
         envs.reset()
+
+
+def test_worlds_must_begin_anew_in_the_step_that_ends_an_episode() -> None:
+    with pytest.raises(ValueError, match="autoreset_mode must be SameStep, got"):
+        SB3VecEnv(SocNavVectorEnv(2, reward="sparse", config=CONFIG))
+
+
+def test_toy_environments_fit_in() -> None:
+    envs = SB3VecEnv(DiscEnv.vector(2, 0, 1))
+    envs.seed(1)
+    envs.reset()
+    for _ in range(60):
+        _, _, dones, infos = envs.step(np.zeros((2, 2), np.float32))
+    assert dones.tolist() == [True, True]
+    assert [(info["episode"]["l"], info["TimeLimit.truncated"]) for info in infos] == [(60, True)] * 2
+    assert infos[0]["terminal_observation"]["robot"].tolist() == [0.0, 0.0, 0.0, 0.0]
+    assert infos[0]["episode_metrics"]["success"] == 0.0
+    assert envs.env_method("render", indices=[0, 1])[0].shape == (32, 32, 3)
+    with pytest.raises(ValueError, match="indices must name all 2 environments here, got \\[1\\]"):
+        envs.env_method("render", indices=[1])

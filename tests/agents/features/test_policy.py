@@ -8,7 +8,7 @@ from gymnasium import spaces
 
 from agents.features.extractor import describe, described
 from agents.features.policy import EntityPolicy, EntityRolloutBuffer
-from agents.policy import build_policy
+from agents.policy_files import build_policy
 from tests.agents.disc import CAPACITIES, entities_space
 
 ACTIONS = spaces.Box(-1.0, 1.0, (2,), np.float32)
