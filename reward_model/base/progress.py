@@ -1,4 +1,4 @@
-"""Progress bars for whoever watches: on stderr, and only where that is a terminal."""
+"""Progress bars on stderr, shown only where that is a terminal."""
 
 from __future__ import annotations
 
