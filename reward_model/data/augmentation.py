@@ -86,9 +86,9 @@ def moments(timestamps: Sequence[float]) -> list[list[int]]:
 
 
 class WithMirrorImages(Sequence[Sequence[FrameGraph]]):
-    """Windows, followed by their mirror images, which are made when they are asked for.
+    """Windows, followed by their mirror images, which are made on access.
 
-    In those the walls are turned, so that they run clockwise as recorders list them.
+    The walls of mirror images are reversed, so that they run clockwise as in recordings.
     """
 
     def __init__(self, windows: Sequence[Sequence[FrameGraph]]) -> None:
