@@ -1,8 +1,8 @@
-"""How fast everything is, in one table: `python -m benchmarks`.
+"""Benchmarks of speed and memory, in one table: `python -m benchmarks`.
 
-Steps a second, where the time of a step goes, how far a step is from bare physics, the network beside DGL, resets,
-imports, memory, and PPO. Figures are medians, with what 5 and 95 in 100 runs or steps stay below; each section says how
-it was measured. docs/speed.md says what they mean. On a machine that does something else they mean little.
+Steps a second, the parts of a step's time, a step beside bare physics, the network beside DGL, resets, imports, memory,
+and PPO. Figures are medians with the 5th and 95th percentiles over runs or steps; each section names its method.
+docs/speed.md explains them. On a busy machine they mean little.
 """
 
 from __future__ import annotations
@@ -25,22 +25,22 @@ METHODS = {**environment.METHODS, **network.METHODS, **processes.METHODS, **lear
 
 @dataclass(frozen=True)
 class Benchmarks:
-    """What to measure, and for how long."""
+    """The sections to measure, and for how long."""
 
     only: tuple[str, ...] = ()
-    """Names of sections, all if there are none."""
+    """Names of sections, all by default."""
     steps: int = 4000
     """Environment steps in a run, of all worlds together."""
     runs: int = 5
-    """Of each environment."""
+    """Runs of each environment."""
     memory_steps: tuple[int, ...] = (100_000, 1_000_000)
-    """After which memory is looked at."""
+    """Numbers of steps after which memory is measured."""
     quick: bool = False
-    """A little of each in less than a minute, to see that it works and not how fast it is."""
+    """A little of each in less than a minute, as a test and not as a measurement."""
     output: Path | None = None
     """A JSON file for the figures."""
     document: Path | None = None
-    """A Markdown file to put the tables into, between the lines that docs/speed.md has for them."""
+    """A Markdown file for the tables, between marker lines as in docs/speed.md."""
 
     def run(self) -> None:
         """Measure, print and write."""
@@ -66,7 +66,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def measurements(options: Benchmarks) -> dict[str, Callable[[], list[Figure]]]:
-    """What there is to measure, by the names that `--only` takes."""
+    """The measurement of each section, by the names that `--only` takes."""
     quick, steps, runs, memory_steps = options.quick, options.steps, options.runs, options.memory_steps
     if quick:
         steps, runs, memory_steps = 32, 1, (64, 128)

@@ -1,4 +1,4 @@
-"""How fast `SocNav2-v0` is, and where the time of a step goes."""
+"""Speed of `SocNav2-v0`, and the parts of a step's time."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ CROWD = EnvConfig(population=PopulationConfig(still=(0, 0), wandering=(8, 8), in
 
 
 def rates(steps: int, runs: int, sizes: Sequence[int]) -> list[Figure]:
-    """Steps a second of one environment and of vectors, by reward; of worlds and of networks spread over all cores."""
+    """Steps a second of one environment and of vectors, by reward; also with processes or threads on all cores."""
     single = {reward: make_single(reward=reward) for reward in REWARDS}
     vectors: dict[str, Any] = {}
     for reward in REWARDS:
@@ -68,7 +68,7 @@ def rates(steps: int, runs: int, sizes: Sequence[int]) -> list[Figure]:
             for size in sizes[-2:]:
                 name = f"learned, {size} worlds"
                 played[f"{name}, {cores} threads"] = play_vector(vectors[name], steps)
-        for name, rate in played.items() if run > 0 else ():  # the first one warms up
+        for name, rate in played.items() if run > 0 else ():  # the first run warms up
             values[name].append(rate)
     for envs in vectors.values():
         envs.close()
@@ -76,7 +76,7 @@ def rates(steps: int, runs: int, sizes: Sequence[int]) -> list[Figure]:
 
 
 def step_parts(steps: int) -> list[Figure]:
-    """What each part of every step takes: those within compiled code by doing them once more alone."""
+    """The time of each part of every step; parts within compiled code are run once more by themselves."""
     environment = SocNavEnv()
     play_single(environment, steps)
     spent: Seconds = defaultdict(float)
@@ -107,7 +107,7 @@ def step_parts(steps: int) -> list[Figure]:
 
 
 def vector_parts(steps: int, num_envs: int) -> list[Figure]:
-    """What the reward costs a vector's step, the graphs and the network, the latter on one core and on all."""
+    """The cost of the reward in a vector's step, graphs and network, the latter on one core and on all."""
     learned, sparse = make_vector(num_envs, reward="learned"), make_vector(num_envs, reward="sparse")
     play_vector(learned, steps)
     figures = []
@@ -134,7 +134,7 @@ def _vector_parts(learned: Any, sparse: Any, steps: int, threads: str) -> list[F
 
 
 def _spent_in_turns(vectors: dict[str, Any], rounds: int) -> list[Seconds]:
-    """What each vector's step takes, by its name, and graphs and networks in all of them, round by round."""
+    """Seconds of each vector's step, by its name, and of graphs and networks in all of them, round by round."""
     num_envs = next(iter(vectors.values())).num_envs
     spent: Seconds = defaultdict(float)
     rows = []
@@ -159,7 +159,7 @@ def _spent_in_turns(vectors: dict[str, Any], rounds: int) -> list[Seconds]:
 
 
 def floor(steps: int) -> list[Figure]:
-    """A whole step beside the physics steps in it, as pymunk takes them: what no environment on pymunk goes below."""
+    """A whole step beside the pymunk steps in it, which are the least time of any environment on pymunk."""
     environment = make_single(reward="crowdnav", config=CROWD)
     space, bodies = _bare_space()
     bare, whole = [], []
@@ -175,7 +175,7 @@ def floor(steps: int) -> list[Figure]:
         end = time.perf_counter()
         whole.append(1e6 * (middle - begin))
         bare.append(1e6 * (end - middle))
-        for index, body in enumerate(bodies):  # walk in circles, which keep apart
+        for index, body in enumerate(bodies):  # people walk in circles that keep apart
             angle = 0.02 * step + index * 2 * math.pi / len(bodies)
             body.velocity = math.cos(angle), math.sin(angle)
         ended = terminated or truncated
@@ -184,7 +184,7 @@ def floor(steps: int) -> list[Figure]:
 
 
 def resets(count: int) -> list[Figure]:
-    """How long drawing a scene and letting its warm-up pass takes."""
+    """The time of a reset: sampling a scene and simulating its warm-up."""
     environment = make_single(reward="learned")
     milliseconds = []
     for seed in range(count + 1):
@@ -195,7 +195,7 @@ def resets(count: int) -> list[Figure]:
 
 
 def _bare_space() -> tuple[pymunk.Space, list[pymunk.Body]]:
-    """A room with a robot and eight people, who are on the move, as a control period finds it."""
+    """A room with a robot and eight people in pymunk, as at the start of a control period."""
     space = pymunk.Space()
     side = 4.0
     corners = [(-side, -side), (side, -side), (side, side), (-side, side)]
@@ -211,7 +211,7 @@ def _bare_space() -> tuple[pymunk.Space, list[pymunk.Body]]:
 
 
 def _people_alone(environment: SocNavEnv) -> float:
-    """Seconds that the people of a control period take, as they stand now; nobody is moved."""
+    """Seconds to compute the people's motion in a control period from the present state, which is not changed."""
     world = environment.world
     bodies, config = world._physics.bodies, world.config
     walkers = Walkers(*(values.copy() for values in world._walkers))

@@ -1,4 +1,4 @@
-"""What benchmarks measure, how it is printed and how it is written."""
+"""Figures of benchmarks: printing and writing them."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ BEGIN, END = "<!-- figures -->", "<!-- end of figures -->"
 
 @dataclass(frozen=True)
 class Figure:
-    """One thing measured.
+    """One measured quantity.
 
-    section: what it stands with
-    name: of the thing
+    section: the table that it belongs to
+    name: of the quantity
     unit: of the values
     values: one of each run, or of each step
     """
@@ -37,12 +37,12 @@ class Figure:
 
     @property
     def median(self) -> float:
-        """The middle one of the values."""
+        """The median of the values."""
         return median(self.values)
 
 
 def print_figures(console: Console, figures: Sequence[Figure], methods: dict[str, str]) -> None:
-    """Print a table for each section under the method by which it was measured."""
+    """Print a table for each section, titled with its method."""
     for section in dict.fromkeys(figure.section for figure in figures):
         table = Table(title=f"{section}: {methods[section]}", title_justify="left", title_style="")
         for heading in ("", "median", "5 %", "95 %", "unit"):
@@ -54,7 +54,7 @@ def print_figures(console: Console, figures: Sequence[Figure], methods: dict[str
 
 
 def write_figures(path: Path, figures: Sequence[Figure], methods: dict[str, str]) -> None:
-    """Write everything as JSON, with the machine it was measured on."""
+    """Write figures as JSON, with a description of the machine."""
     machine = {
         "processor": _processor(),
         "cores": os.cpu_count(),
@@ -68,7 +68,7 @@ def write_figures(path: Path, figures: Sequence[Figure], methods: dict[str, str]
 
 
 def document_figures(path: Path, figures: Sequence[Figure], methods: dict[str, str]) -> None:
-    """Replace what stands between the lines BEGIN and END of a Markdown file by a table for each section."""
+    """Replace the text between the lines BEGIN and END of a Markdown file by a table for each section."""
     before, _, rest = path.read_text().partition(BEGIN)
     _, found, after = rest.partition(END)
     if not found:
@@ -90,7 +90,7 @@ def document_figures(path: Path, figures: Sequence[Figure], methods: dict[str, s
 
 
 def _summary(figure: Figure) -> list[str]:
-    """The median, and what 5 and 95 in 100 values stay below."""
+    """The median, and the 5th and 95th percentiles."""
     return [_shown(number) for number in (figure.median, *np.percentile(figure.values, [5, 95]).tolist())]
 
 
@@ -99,7 +99,7 @@ def _shown(number: float) -> str:
 
 
 def _processor() -> str:
-    """Its name, where Linux tells it."""
+    """The processor's name, on Linux from /proc/cpuinfo."""
     path = Path("/proc/cpuinfo")
     lines = path.read_text().splitlines() if path.is_file() else []
     names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]

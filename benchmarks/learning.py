@@ -1,4 +1,4 @@
-"""How fast PPO collects and learns with the numbers that `train_agent.py` has by default."""
+"""Speed of PPO's collecting and learning with the defaults of `train_agent.py`."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ QUICK = RunConfig(num_envs=4, num_workers=0, ppo=PPOConfig(n_steps=8, n_epochs=1
 
 
 def learning_rates(updates: int, quick: bool) -> list[Figure]:
-    """Control steps a second of whole updates, and of their two halves alone."""
+    """Control steps a second of whole updates, and of collecting and learning alone."""
     config = QUICK if quick else RunConfig()
     threads = torch.get_num_threads()
     torch.set_num_threads(THREADS)
@@ -34,7 +34,7 @@ def learning_rates(updates: int, quick: bool) -> list[Figure]:
         model.set_logger(Logger(None, []))
         clock = _Clock()
         actions = config.ppo.n_steps * config.num_envs
-        model.learn(actions * (updates + 1), clock)  # the first one warms up
+        model.learn(actions * (updates + 1), clock)  # the first update warms up
     finally:
         envs.close()
         torch.set_num_threads(threads)
@@ -49,7 +49,7 @@ def learning_rates(updates: int, quick: bool) -> list[Figure]:
 
 
 class _Clock(BaseCallback):
-    """Notes how long each update's collecting and learning took."""
+    """Records the seconds of each update's collecting and learning."""
 
     model: PPO
 

@@ -1,7 +1,7 @@
-"""How fast the beams of `lidar` are, against the physics' own segment queries: `python -m benchmarks.lidar`.
+"""Speed of the beams of `lidar` against the physics' own segment queries: `python -m benchmarks.lidar`.
 
-Both scan the same room with eight people and as many tables and plants, with the same beams, and must agree. They take
-turns, so that a machine that slows down slows both down. Figures are microseconds of a scan: medians over the runs.
+Both scan the same room with eight people and eight objects, with the same beams, and must agree. They take turns, so
+that a machine that slows down slows both down. Figures are microseconds of a scan: medians over the runs.
 """
 
 from __future__ import annotations
@@ -33,14 +33,14 @@ AGREEMENT = 1e-5  # m
 
 @dataclass(frozen=True)
 class Lidar:
-    """How long to measure."""
+    """The duration of the measurement."""
 
     scans: int = 200
-    """In a run."""
+    """Scans in a run."""
     runs: int = 15
-    """Of each."""
+    """Runs of each form."""
     quick: bool = False
-    """A few scans of each, to see that it works and not how fast it is."""
+    """A few scans of each, as a test and not as a measurement."""
     output: Path | None = None
     """A JSON file for the figures."""
 

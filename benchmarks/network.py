@@ -1,4 +1,4 @@
-"""Scenes a second of the reward network, as environments ask for them, beside DGL."""
+"""Scenes a second of the reward network, on the windows of environments, beside DGL."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ METHODS: Final = {
     "denormals flushed, on the same windows"
 }
 BATCHES = (1, 16, 64, 256)
-ON_DGL = 4  # windows a batch that DGL scores as well
+ON_DGL = 4  # windows of a batch that DGL scores as well
 
 
 def network_rates(steps: int, runs: int, batches: Sequence[int]) -> list[Figure]:
-    """Scenes a second by batch, of the compiled form and of DGL, and their ratio."""
+    """Scenes a second by batch size, of the compiled form and of DGL, and their ratio."""
     on_dgl = loaded_on_dgl(partial(load_scorer, "default"))
     figures = []
     for batch in batches:
@@ -43,7 +43,7 @@ def network_rates(steps: int, runs: int, batches: Sequence[int]) -> list[Figure]
 
 
 def _rates(batch: int, rounds: int, runs: int, on_dgl: Callable[[Any], Any] | None) -> tuple[list[float], list[float]]:
-    """Play worlds with the learned reward, and have DGL score what they were judged by in a few of the steps."""
+    """Scenes a second of both forms on the windows of worlds with the learned reward; of DGL in a few steps only."""
     environments = make_vector(batch, reward="learned")
     environments.reset(seed=0)
     score = environments.envs[0].reward.scorer.score_windows

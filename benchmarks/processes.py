@@ -1,7 +1,7 @@
-"""What has to be measured in a process of its own: how long an import takes, how much memory playing takes.
+"""Measurements in a process of their own: the time of an import, and the memory of environments.
 
-`python -m benchmarks.processes NUM_ENVS STEPS...` plays so many worlds with the learned reward and prints the megabytes
-of memory that the process holds after each number of steps.
+`python -m benchmarks.processes NUM_ENVS STEPS...` steps so many worlds with the learned reward and prints the resident
+megabytes of the process after each number of steps.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ METHODS: Final = {
     MEMORY: "resident megabytes of one process after so many steps of all worlds, learned reward, random actions",
 }
 STATEMENTS = ("import socnav_env", "import socnav_env.env", "import reward_model.scorer", "import agents")
-HEAVY = ("torch", "dgl", "numba")  # what `import socnav_env` leaves alone
+HEAVY = ("torch", "dgl", "numba")  # modules that `import socnav_env` must not load
 
 
 def import_times(runs: int, statements: Sequence[str]) -> list[Figure]:
-    """Seconds of each import. Raises `CalledProcessError` where `import socnav_env` loads too much."""
+    """Seconds of each import. Raises `CalledProcessError` where `import socnav_env` loads one of `HEAVY`."""
     loaded = f"import sys, socnav_env; sys.exit(' '.join({set(HEAVY)} & set(sys.modules)) or None)"
     subprocess.run([sys.executable, "-c", loaded], check=True)
     values: dict[str, list[float]] = {statement: [] for statement in ("pass", *statements)}
     for run in range(runs + 1):
-        for statement, seconds in values.items():  # the first run has the files read
+        for statement, seconds in values.items():  # the first run brings the files into memory
             begin = time.perf_counter()
             subprocess.run([sys.executable, "-c", statement], check=True)
             if run > 0:
@@ -46,10 +46,10 @@ def import_times(runs: int, statements: Sequence[str]) -> list[Figure]:
 
 
 def memory(steps: Sequence[int], num_envs: int) -> list[Figure]:
-    """Megabytes after each number of steps, and by how much they have grown from the first to the last."""
+    """Megabytes after each number of steps, and their growth from the first to the last."""
     command = [sys.executable, "-m", "benchmarks.processes", str(num_envs), *map(str, steps)]
-    answer = subprocess.run(command, check=True, capture_output=True, text=True)
-    megabytes = json.loads(answer.stdout)
+    completed = subprocess.run(command, check=True, capture_output=True, text=True)
+    megabytes = json.loads(completed.stdout)
     figures = [
         Figure(MEMORY, f"{num_envs} worlds, after {after:,} steps", "MB", [held])
         for after, held in zip(steps, megabytes, strict=True)
@@ -60,15 +60,15 @@ def memory(steps: Sequence[int], num_envs: int) -> list[Figure]:
 
 @dataclass(frozen=True)
 class Memory:
-    """What to play."""
+    """The worlds and the numbers of steps."""
 
     num_envs: tyro.conf.Positional[int]
-    """Worlds that are played side by side."""
+    """Worlds in the vector environment."""
     steps: tyro.conf.Positional[tuple[int, ...]]
-    """After which memory is looked at, of all worlds together."""
+    """Steps of all worlds together, after which memory is measured."""
 
     def run(self) -> None:
-        """Play and print."""
+        """Step the environments and print the memory."""
         check_least(self, num_envs=1)
         import numpy as np
 
@@ -94,7 +94,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _resident() -> int:
-    """Bytes of memory that this process holds; Linux tells."""
+    """Resident bytes of this process, on Linux."""
     pages = int(Path("/proc/self/statm").read_text().split()[1])
     return pages * resource.getpagesize()
 

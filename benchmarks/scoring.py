@@ -2,10 +2,10 @@
 
 Windows of genuine recordings on one thread, and batches on `--threads` as well; the forms take turns, so that a
 machine that slows down slows all of them down. Figures are medians over the runs, with the fastest and the slowest.
-Making the graphs is timed on its own.
+Making the graphs is timed by itself.
 
 Where DGL is installed, the two forms' scores are compared as well, on the windows of all recordings at every moment
-and on generated ones: the largest difference, and what 99 in 100 windows stay below.
+and on generated ones: the largest difference, and the 99th percentile.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ BATCH = 64
 NUM_SIMULATED = 6  # as many as there are genuine ones
 DATA = Path(os.environ.get("SOCNAV_DATA") or Path(__file__).parents[2] / "shared" / "data")
 
-ALONE = "compiled, one by one"  # what others are compared with
+ALONE = "compiled, one by one"  # the reference of the others
 AS_PUBLISHED = "DGL, as published"
 
 UNTRAINED = {name: RECIPES["simulated"].settings[kind].network for name, kind in (("R-GCN", "rgcn"), ("GAT", "gat"))}
@@ -58,7 +58,7 @@ Load = Callable[[Form], SocialScorer]
 
 
 class Row(NamedTuple):
-    """One row: `score` is called with `num_windows` windows at a time as often as they fit into `num_timed`."""
+    """One row of the table: `score` is called with `num_windows` windows at a time, with `num_timed` in all."""
 
     network: str
     name: str
@@ -69,21 +69,21 @@ class Row(NamedTuple):
 
 @dataclass(frozen=True)
 class Scoring:
-    """What to measure."""
+    """The data and the extent of the measurement."""
 
     data: Path = DATA
-    """Folder with `socnav2_samples`; SOCNAV_DATA names another default."""
+    """Folder with `socnav2_samples`; SOCNAV_DATA sets another default."""
     wheel: Path | None = None
-    """Of socnavgym 0.1.1, to measure its network with its denormal numbers as well (a second a window on processors
-    that are slow with those)."""
+    """Wheel of socnavgym 0.1.1, to measure its network with its denormal numbers as well (a second a window on
+    processors that are slow with those)."""
     runs: int = 15
-    """Of each form."""
+    """Runs of each form."""
     threads: int = 2
-    """That batches may use, where it is measured beside one."""
+    """Threads for batches, measured beside one thread."""
     generated: int = 1000
-    """Windows to compare the forms on, beside those of the recordings."""
+    """Generated windows for the comparison of forms, beside those of the recordings."""
     quick: bool = False
-    """One run, to see that it works and not how fast it is."""
+    """One run, as a test and not as a measurement."""
     output: Path | None = None
     """A JSON file for the figures."""
 
@@ -124,7 +124,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def taking_turns(forms: list[Row], windows: Windows, runs: int) -> dict[tuple[str, str], list[float]]:
-    """Milliseconds a window of every form in every run, after one that is not timed."""
+    """Milliseconds a window of every form in every run, after one run that is not timed."""
     times: dict[tuple[str, str], list[float]] = {(form.network, form.name): [] for form in forms}
     for form in forms:
         milliseconds(form, windows[: form.num_windows])
@@ -135,7 +135,7 @@ def taking_turns(forms: list[Row], windows: Windows, runs: int) -> dict[tuple[st
 
 
 def recordings(data: Path, console: Console) -> list[SceneSequence]:
-    """The genuine recordings, or simulated ones where the default folder is not there."""
+    """The genuine recordings, or simulated ones where the default folder has none."""
     sequences = [read_socnav2(file) for file in sorted((data / "socnav2_samples").glob("S*.json"))]
     if not sequences and data != DATA:
         raise ValueError(f"{data}: must hold recordings in socnav2_samples; --data names another folder")
@@ -146,7 +146,7 @@ def recordings(data: Path, console: Console) -> list[SceneSequence]:
 
 
 def genuine_windows(sequences: list[SceneSequence]) -> Windows:
-    """As many windows as a batch has: the last second of each recording, then of each without its newest snapshots."""
+    """A batch of windows: the last second of each recording, then of each without its newest snapshots."""
     windows: Windows = []
     left_out = 0
     while len(windows) < BATCH:
@@ -159,7 +159,7 @@ def genuine_windows(sequences: list[SceneSequence]) -> Windows:
 
 
 def graph_making(sequences: list[SceneSequence]) -> Row:
-    """A window's newest frame is made, its older ones are there already."""
+    """The row for making a window's newest frame; its older ones exist already."""
     newest = [sequence.last for sequence in sequences]
     segments = [wall_segments(snapshot.walls) for snapshot in newest]
 
@@ -171,7 +171,7 @@ def graph_making(sequences: list[SceneSequence]) -> Row:
 
 
 def networks_here(console: Console) -> dict[str, Load]:
-    """How to load each network: those whose weights are here, and the paper's other two before training."""
+    """The loaders of networks: those with weights on this machine, and the paper's other two, untrained."""
     networks: dict[str, Load] = {"default": partial(load_scorer, "default")}
     try:
         weights_path("published")
@@ -182,7 +182,7 @@ def networks_here(console: Console) -> dict[str, Load]:
 
 
 def untrained(config: NetworkConfig, form: Form) -> SocialScorer:
-    """A network with weights drawn at random, which take as long as others."""
+    """A network with random weights, which take as long as trained ones."""
     generator = torch.Generator().manual_seed(0)
     tensors = {
         name: torch.randn(shape, generator=generator) / shape[-1] ** 0.5 / 2
@@ -190,12 +190,12 @@ def untrained(config: NetworkConfig, form: Form) -> SocialScorer:
     }
     last = f"layers.{len(config.sizes) - 2}."
     for name in (each for each in tensors if each.startswith(last) and "bias" in each):
-        tensors[name] += 1  # or it would often answer 0
+        tensors[name] += 1  # or many scores would be 0
     return SocialScorer(Checkpoint(config, tensors), "untrained", form)
 
 
 def network_forms(network: str, load: Load, threads: int) -> list[Row]:
-    """The forms in which everyone can run a network; DGL's where it is installed."""
+    """The rows of a network's forms; DGL's where it is installed."""
     compiled = load("compiled").score_windows
     forms = [
         Row(network, ALONE, compiled, 1, BATCH),
@@ -209,7 +209,7 @@ def network_forms(network: str, load: Load, threads: int) -> list[Row]:
 
 
 def loaded_on_dgl(load: Load) -> Score | None:
-    """A network on DGL with denormals flushed, where it can run on DGL here."""
+    """A network on DGL with denormals flushed, or None where DGL is not installed."""
     try:
         return flushing_denormals(load("dgl").score_windows)
     except CheckpointError:
@@ -217,7 +217,7 @@ def loaded_on_dgl(load: Load) -> Score | None:
 
 
 def every_window(sequences: list[SceneSequence]) -> Windows:
-    """What each recording is judged by at each of its snapshots, as if it ended there."""
+    """The windows of each recording at each of its snapshots, as if it ended there."""
     return [
         sequence_frames(SceneSequence(sequence.snapshots[:length], sequence.name))
         for sequence in sequences
@@ -226,7 +226,7 @@ def every_window(sequences: list[SceneSequence]) -> Windows:
 
 
 def differences(network: str, load: Load, on_dgl: Score, windows: Windows) -> tuple[float, float]:
-    """The largest difference between a network's two forms, and what 99 in 100 windows stay below."""
+    """The largest difference between a network's two forms, and the 99th percentile over windows."""
     compiled = load("compiled").score_windows(windows)
     places = watched(range(len(windows)), f"comparing {network}")
     expected = np.concatenate([on_dgl([windows[place]]) for place in places])
@@ -235,7 +235,7 @@ def differences(network: str, load: Load, on_dgl: Score, windows: Windows) -> tu
 
 
 def published_as_it_is(wheel: Path) -> SocialScorer:
-    """The published network on DGL with every number that its file holds, denormal ones too."""
+    """The published network on DGL with every number of its file, denormal ones too."""
     with zipfile.ZipFile(wheel) as archive, archive.open(STATE_FILE) as file:
         state = torch.load(file, map_location="cpu", weights_only=True)
     last = len(SIZES) - 2
@@ -251,7 +251,7 @@ def published_as_it_is(wheel: Path) -> SocialScorer:
 
 
 def on_threads(score: Score, threads: int) -> Score:
-    """Score on so many threads."""
+    """The same function, run on a number of threads."""
 
     def threaded(windows: Windows) -> Float32Array:
         torch.set_num_threads(threads)
@@ -264,7 +264,7 @@ def on_threads(score: Score, threads: int) -> Score:
 
 
 def flushing_denormals(score: Score) -> Score:
-    """Score with denormal numbers taken for zero in this thread, as if they were not in the weights."""
+    """The same function, with denormal numbers taken as zero in this thread, as if they were not in the weights."""
 
     def flushed(windows: Windows) -> Float32Array:
         torch.set_flush_denormal(True)
@@ -277,7 +277,7 @@ def flushing_denormals(score: Score) -> Score:
 
 
 def milliseconds(form: Row, windows: Windows) -> float:
-    """A window's share of the time that all of them take."""
+    """Milliseconds a window, averaged over all windows."""
     begin = time.perf_counter()
     for start in range(0, len(windows), form.num_windows):
         form.score(windows[start : start + form.num_windows])

@@ -1,4 +1,4 @@
-"""Environments that play random actions and say how fast they were, and functions that say how long they took."""
+"""Steps a second of environments under random actions, and timers of functions."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from gymnasium.vector import AutoresetMode
 
 import socnav_env  # noqa: F401 - registers SocNav2-v0
 
-SCENE_STEPS = 32  # that a single environment plays before it goes on to the next seed's scene
+SCENE_STEPS = 32  # of a single environment before the scene of the next seed
 
 
 Seconds = defaultdict[str, float]
 
 
 def play_single(environment: gym.Env[Any, Any], steps: int, after_call: Callable[[], object] = lambda: None) -> float:
-    """Play random actions in scene after scene, since some have many people, and return steps a second.
+    """Step with random actions through many scenes, since some have many people, and return steps a second.
 
-    after_call: called after every reset and every step, which it is no part of; resets do not count either
+    after_call: called after every reset and every step; neither it nor resets are timed
     """
     seconds, seed, ended = 0.0, 0, True
     for step, action in enumerate(np.random.default_rng(0).uniform(-1, 1, (steps, 2)).astype(np.float32)):
@@ -41,7 +41,7 @@ def play_single(environment: gym.Env[Any, Any], steps: int, after_call: Callable
 
 
 def play_vector(environments: Any, steps: int) -> float:
-    """Play random actions and return steps a second, of all worlds together; resets are made but do not count."""
+    """Step with random actions and return steps a second, of all worlds together; resets are not timed."""
     num_envs = environments.num_envs
     seconds, rounds = 0.0, -(-steps // num_envs)
     environments.reset(seed=0)
@@ -56,17 +56,17 @@ def play_vector(environments: Any, steps: int) -> float:
 
 
 def make_single(**arguments: Any) -> gym.Env[Any, Any]:
-    """Make `SocNav2-v0` as users do, without the checker, which they would not leave on."""
+    """Make `SocNav2-v0` as users do, but without Gymnasium's checker."""
     return gym.make("SocNav2-v0", disable_env_checker=True, **arguments)
 
 
 def make_vector(num_envs: int, **arguments: Any) -> Any:
-    """Make a vector of it that resets nothing by itself."""
+    """Make a vector environment of `SocNav2-v0` without automatic resets."""
     return gym.make_vec("SocNav2-v0", num_envs, autoreset_mode=AutoresetMode.DISABLED, **arguments)
 
 
 def timed(owner: Any, name: str, part: str, spent: Seconds) -> AbstractContextManager[None]:
-    """Add the seconds that calls of a function take to `spent`."""
+    """Add the seconds of a function's calls to `spent[part]` within the context."""
     function = getattr(owner, name)
 
     def called(*args: Any, **kwargs: Any) -> Any:
@@ -94,7 +94,7 @@ def _replaced(owner: Any, name: str, called: Callable[..., Any]) -> Iterator[Non
 
 @contextmanager
 def threads_of_torch(count: int) -> Iterator[None]:
-    """Let PyTorch, and with it the fused network, use so many threads for a while."""
+    """Set the number of threads of PyTorch, and so of the fused network, within the context."""
     before = torch.get_num_threads()
     torch.set_num_threads(count)
     try:

@@ -1,6 +1,6 @@
-"""What training costs, the MPNN without its edges against DGL's `NNConv`: `python -m benchmarks.training`.
+"""Cost of training, the MPNN without its edges against DGL's `NNConv`: `python -m benchmarks.training`.
 
-One thread; windows are simulated and scored by the default network. Both forms start from the same weights, see the
+One thread; windows are simulated and scored by the default network. Both forms start from the same weights, use the
 same batches and take turns, so that a machine that slows down slows both down. Before they are timed, their losses and
 gradients on one batch are compared. Figures are medians over the runs, with the fastest and the slowest. Then a large
 data set is loaded from the cache of graphs.
@@ -44,10 +44,10 @@ QUICK_WINDOWS = 4
 
 @dataclass(frozen=True)
 class Training:
-    """What to measure."""
+    """The extent of the measurement."""
 
     windows: int = 128
-    """Of an epoch."""
+    """Windows of an epoch."""
     batch_size: int = 32
     """Windows of a step."""
     runs: int = 3
@@ -55,9 +55,9 @@ class Training:
     cached: int = 50_000
     """Windows of the data set that is loaded."""
     folder: Path | None = None
-    """Where that data set is made for the time of the measurement, by default the system's."""
+    """Temporary folder for that data set, by default the system's."""
     quick: bool = False
-    """Little of everything, to see that it works and not how fast it is."""
+    """Little of everything, as a test and not as a measurement."""
     output: Path | None = None
     """A JSON file for the figures."""
 
@@ -89,10 +89,10 @@ class Training:
 
 @dataclass(frozen=True)
 class Agreement:
-    """How far the form without edges is from DGL's on one batch.
+    """Differences between the form without edges and DGL's on one batch.
 
     loss: of DGL's form; loss_difference: absolute
-    gradient_difference: of all gradients as one vector, in units of its length on DGL
+    gradient_difference: of all gradients as one vector, relative to the vector's length on DGL
     """
 
     loss: float
@@ -114,8 +114,8 @@ class Form:
 
     def loss(self, data: LabelledWindows, rows: range) -> torch.Tensor:
         """The mean squared error of some windows."""
-        answers = self.network.answers([data.windows[row] for row in rows])
-        return ((answers - torch.from_numpy(data.scores[rows.start : rows.stop])) ** 2).mean()
+        predictions = self.network.answers([data.windows[row] for row in rows])
+        return ((predictions - torch.from_numpy(data.scores[rows.start : rows.stop])) ** 2).mean()
 
     def gradients(self, data: LabelledWindows, rows: range) -> tuple[float, torch.Tensor]:
         """The loss, and all its gradients as one vector."""
@@ -126,7 +126,7 @@ class Form:
         return loss.item(), torch.cat([parameter.grad.flatten() for parameter in self.network.parameters()])
 
     def epoch(self, data: LabelledWindows, batch_size: int) -> float:
-        """Seconds of processor time that one pass over all windows takes."""
+        """Seconds of processor time of one pass over all windows."""
         begin = time.process_time()
         for start in range(0, len(data), batch_size):
             self.gradients(data, range(start, min(start + batch_size, len(data))))
@@ -148,14 +148,14 @@ def agreement(edgeless: Form, on_dgl: Form, data: LabelledWindows, rows: range) 
 
 
 def agreement_when_trained(edgeless: Form, data: LabelledWindows) -> Agreement:
-    """The same once the network has learned: DGL's form takes over its weights."""
+    """The same for the trained network, whose weights are copied to DGL's form."""
     on_dgl = Form(edgeless.edge_network, on_dgl=True)
     on_dgl.network.load_state_dict(edgeless.network.state_dict())
     return agreement(edgeless, on_dgl, data, range(min(16, len(data))))
 
 
 def taking_turns(forms: dict[str, Form], data: LabelledWindows, batch_size: int, runs: int) -> dict[str, list[float]]:
-    """Seconds of every form's epochs."""
+    """Seconds of every form's epochs, trained in turns."""
     seconds: dict[str, list[float]] = {name: [] for name in forms}
     for _ in watched(range(runs), "training"):
         for name, form in forms.items():
@@ -164,9 +164,9 @@ def taking_turns(forms: dict[str, Form], data: LabelledWindows, batch_size: int,
 
 
 def cache_seconds(windows: list[list[FrameGraph]], count: int, folder: Path | None) -> dict[str, Any]:
-    """Seconds to load a data set of so many windows from the cache, and then to look every one of them up."""
+    """Seconds to store and load a data set of `count` windows, and then to look up every one of them."""
     names = tuple(map(str, range(count)))
-    # A frame is stored once, whichever windows it is in: each window has frames of its own here.
+    # Frames shared by windows are stored once: each window has frames of its own here.
     repeated = [[FrameGraph.of_words(frame.words) for frame in windows[index % len(windows)]] for index in range(count)]
     scores = np.zeros((count, 2), dtype=np.float32)
     examples = Examples(repeated, scores, names, names, ("",) * count, np.zeros(count, dtype=np.int64))
@@ -182,7 +182,7 @@ def cache_seconds(windows: list[list[FrameGraph]], count: int, folder: Path | No
 
 
 def seconds_of(work: Callable[[], object]) -> float:
-    """How long it takes."""
+    """Seconds of processor time of a call."""
     begin = time.process_time()
     work()
     return time.process_time() - begin
@@ -191,7 +191,7 @@ def seconds_of(work: Callable[[], object]) -> float:
 def document(
     times: dict[tuple[str, str], list[float]], agreements: dict[str, Agreement], cache: dict[str, Any]
 ) -> dict[str, Any]:
-    """All figures as JSON can hold them."""
+    """All figures as a JSON document."""
     return {
         "seconds": [{"edge_network": edges, "form": form, "epochs": each} for (edges, form), each in times.items()],
         "agreement": {name: asdict(each) for name, each in agreements.items()},
@@ -212,7 +212,7 @@ def epochs_table(times: dict[tuple[str, str], list[float]], num_windows: int, ba
 
 
 def agreement_table(agreements: dict[str, Agreement]) -> Table:
-    """How far apart the forms are."""
+    """The differences between the forms."""
     table = Table("edge network", "loss", "loss off by", "gradient off by", title="One batch in both forms")
     for name, found in agreements.items():
         table.add_row(name, f"{found.loss:.5f}", f"{found.loss_difference:.1e}", f"{found.gradient_difference:.1e}")
@@ -220,7 +220,7 @@ def agreement_table(agreements: dict[str, Agreement]) -> Table:
 
 
 def cache_table(cache: dict[str, Any]) -> Table:
-    """What the cache takes."""
+    """Seconds of each operation of the cache."""
     table = Table("", "seconds", title=f"{cache['windows']:,} windows in the cache, {cache['bytes'] / 1e6:,.0f} MB")
     for name in ("store", "load", "look up all"):
         table.add_row(name, f"{cache[name]:.1f}")

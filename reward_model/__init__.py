@@ -1,6 +1,6 @@
-"""What people think of a robot's last second, learned from their scores. See `load_scorer`.
+"""A model of how acceptable people find a robot's last second, learned from their scores. See `load_scorer`.
 
-Everything is imported when it is first asked for: reading scenes does not load PyTorch.
+Names are imported on first use: reading scenes does not load PyTorch.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""`python -m reward_model`: score recorded scenes and look after the weights."""
+"""`python -m reward_model`: score recorded scenes; train and evaluate networks."""
 
 import sys
 

@@ -1,7 +1,7 @@
-"""The network that Bachiller et al. published, fetched by its user and turned into a checkpoint of ours.
+"""Import of the network published by Bachiller et al. as a checkpoint of this project, from its user's copy.
 
-Its weights are part of the package socnavgym (GPL-3.0) and are never shipped here. Of that package one file is
-read, the tensors; nothing of it is imported, and the pickle beside them is not opened.
+Its weights are part of the package socnavgym (GPL-3.0) and are never shipped here. Only the package's file of tensors
+is read; its code is not imported, and the pickle beside the tensors is not opened.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from reward_model.networks.checkpoint import Checkpoint, NetworkConfig, save_che
 from reward_model.scorer import cache_folder
 
 PACKAGE: Final = "socnavgym"
-REQUIREMENT: Final = "socnavgym==0.1.1"  # the release whose weights were compared with the published answers
+REQUIREMENT: Final = "socnavgym==0.1.1"  # the release whose weights were compared with the published scores
 STATE_FILE: Final = "socnavgym/envs/utils/sngnnv2/example_model/SOCNAV_V2.tch"  # inside the package
 SIZES: Final = (42, 40, 30, 21, 12, 3, 2)
 
@@ -41,17 +41,17 @@ _ABOUT: Final = {
 
 
 class PublishedWeightsError(ValueError):
-    """The published weights cannot be had. The message names where they were looked for and what would help."""
+    """The published weights are not available. The message names the source and the remedy."""
 
 
 def import_published(source: str | os.PathLike[str]) -> Path:
     """Store the published network in the user's cache, where `load_scorer("published")` finds it.
 
-    source: a wheel of the package, a folder with it (unpacked, or site-packages), or a requirement such as
+    source: a wheel of the package, a folder that contains it (unpacked, or site-packages), or a requirement such as
         `socnavgym==0.1.1`, which pip then downloads without installing anything
 
-    Returns the checkpoint's folder. Raises `PublishedWeightsError` where the weights cannot be had or are not
-    those of the published network.
+    Returns the checkpoint's folder.
+    Raises `PublishedWeightsError` where the weights are not available or not those of the published network.
     """
     content, place = _read_state_file(os.fspath(source))
     tensors = _converted(_load_state(content, place), place)
@@ -67,7 +67,7 @@ def import_published(source: str | os.PathLike[str]) -> Path:
 
 
 def _read_state_file(source: str) -> tuple[bytes, str]:
-    """Return what the file of tensors holds, and words for where it was."""
+    """Return the content of the file of tensors, and its name in error messages."""
     path = Path(source)
     if path.is_dir():
         return _read_from_folder(path)
@@ -82,7 +82,7 @@ def _read_state_file(source: str) -> tuple[bytes, str]:
 
 
 def _read_from_folder(folder: Path) -> tuple[bytes, str]:
-    """Look in the folder that holds the package, then in the package's own."""
+    """Read from a folder that contains the package, or from the package's own folder."""
     for path in (folder / STATE_FILE, folder / Path(STATE_FILE).relative_to(PACKAGE)):
         if path.is_file():
             try:
@@ -107,7 +107,7 @@ def _read_from_wheel(wheel: Path) -> tuple[bytes, str]:
 
 
 def _download(requirement: str, folder: Path) -> Path:
-    """Let pip fetch the wheel; wheels only, so that no code of the package runs."""
+    """Download the wheel with pip; wheels only, so that no code of the package runs."""
     options = ["--no-deps", "--only-binary=:all:", "--disable-pip-version-check", "--quiet"]
     command = [sys.executable, "-m", "pip", "download", *options, "--dest", str(folder), requirement]
     outcome = subprocess.run(command, capture_output=True, text=True, check=False)
@@ -121,9 +121,9 @@ def _download(requirement: str, folder: Path) -> Path:
 
 
 def _load_state(content: bytes, place: str) -> dict[str, Tensor]:
-    """Decode the tensors, and nothing but tensors."""
+    """Decode a file that contains tensors only."""
     try:
-        with warnings.catch_warnings():  # of files by other writers, which are refused in our own words
+        with warnings.catch_warnings():  # about other formats, which are refused below
             warnings.simplefilter("ignore")
             state = torch.load(io.BytesIO(content), map_location="cpu", weights_only=True)
     except (pickle.UnpicklingError, RuntimeError, EOFError, ValueError, KeyError) as error:
@@ -135,7 +135,7 @@ def _load_state(content: bytes, place: str) -> dict[str, Tensor]:
 
 
 def _converted(state: dict[str, Tensor], place: str) -> dict[str, Tensor]:
-    """Check names and shapes against the published sizes, give them our names, and flush denormal numbers."""
+    """Check names and shapes against the published sizes, rename the tensors, and flush denormal numbers."""
     expected = _expected_shapes()
     for name in sorted(set(expected) ^ set(state)):
         problem = "is missing" if name in expected else "is not part of the published network"
@@ -158,7 +158,7 @@ def _converted(state: dict[str, Tensor], place: str) -> dict[str, Tensor]:
 
 
 def _without_denormals(tensor: Tensor) -> Tensor:
-    """Set numbers too small to be normal to zero: they carry nothing, and arithmetic with them is slow."""
+    """Set denormal numbers to zero: they do not matter, and arithmetic with them is slow."""
     return torch.where(tensor.abs() < torch.finfo(tensor.dtype).tiny, 0.0, tensor)
 
 

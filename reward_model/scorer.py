@@ -1,4 +1,4 @@
-"""Scores from scenes: load a trained network and ask it."""
+"""Scoring of scenes by a trained network."""
 
 from __future__ import annotations
 
@@ -32,20 +32,20 @@ _LARGEST_BATCH: Final = 256  # windows at once, so that memory stays small for a
 
 class _Network(Protocol):
     def __call__(self, windows: Sequence[Sequence[FrameGraph]]) -> Float32Array:
-        """(num_windows, 2) scores."""
+        """The windows' scores, (num_windows, 2)."""
         ...
 
 
 class SocialScorer:
-    """How acceptable people find a robot's last second, as a trained network answers.
+    """A trained network that predicts how acceptable people find a robot's last second.
 
-    name: names the weights, for whoever reports the scores
+    name: name of the weights, for reports
     form: `compiled` (fast, needs no DGL; an R-GCN's and a GAT's run on the CPU only), `dgl` (the network as it is
         defined), or `auto`, the compiled form where there is one for the device and else DGL's
-    device: where the network runs, as PyTorch names it; compiled networks are fastest for single windows on `cpu`
-    operators_file: where the compiled form keeps what it computes from the weights, to be there at once the next time
-    Raises `CheckpointError` where the weights do not fit the network they claim to be, it has no compiled form there or
-    DGL is not there, and `ValueError` for another form or a device that is not there.
+    device: PyTorch's name of the device; compiled networks are fastest for single windows on `cpu`
+    operators_file: cache of the operators that the compiled form computes from the weights
+    Raises `CheckpointError` where the weights do not fit their network, it has no compiled form for the device or DGL
+    is not installed, and `ValueError` for an unknown form or a missing device.
     """
 
     def __init__(
@@ -67,11 +67,11 @@ class SocialScorer:
         return Scores(q1, q2)
 
     def score_batch(self, sequences: Sequence[SceneSequence]) -> Float32Array:
-        """(num_sequences, 2) Q1 and Q2 of each sequence's last second. Raises `ScenarioError` as `frame_graph` does."""
+        """Q1 and Q2 (num_sequences, 2) of each sequence's last second. Raises `ScenarioError` as `frame_graph`."""
         return self.score_windows([sequence_frames(sequence) for sequence in sequences])
 
     def score_windows(self, windows: Sequence[Sequence[FrameGraph]]) -> Float32Array:
-        """(num_windows, 2) Q1 and Q2 of windows of one to three frames, newest first, made by `frame_graph`.
+        """Q1 and Q2 (num_windows, 2) of windows of one to three frames, newest first, made by `frame_graph`.
 
         Raises `ValueError` for a window of another number of frames.
         """
@@ -142,13 +142,13 @@ class _OnDGL:
 def load_scorer(weights: str | Path = "default", form: Form = "auto", device: str = "cpu") -> SocialScorer:
     """Load a scorer.
 
-    weights: `default` (what ships), `published` (Bachiller et al.'s network, once imported) or a checkpoint folder
+    weights: `default` (shipped here), `published` (Bachiller et al.'s network, once imported) or a checkpoint folder
     form, device: see `SocialScorer`
     Raises `CheckpointError` where there is no such checkpoint or it cannot be used, `ValueError` as `SocialScorer`.
     """
     path = weights_path(weights)
     checkpoint = load_checkpoint(path)
-    operators_file = path / OPERATORS_FILE if weights == "published" else None  # other folders are not ours to write to
+    operators_file = path / OPERATORS_FILE if weights == "published" else None  # nothing is written to other folders
     try:
         return SocialScorer(checkpoint, str(weights), form, device, operators_file)
     except CheckpointError as error:
@@ -156,7 +156,7 @@ def load_scorer(weights: str | Path = "default", form: Form = "auto", device: st
 
 
 def weights_path(weights: str | Path) -> Path:
-    """The checkpoint folder that a name stands for."""
+    """The checkpoint folder of a name or path. Raises `CheckpointError` where there is none."""
     if weights == "default":
         return Path(__file__).parent / "weights" / "default"
     if weights == "published":
@@ -174,7 +174,7 @@ def weights_path(weights: str | Path) -> Path:
 
 
 def cache_folder() -> Path:
-    """Where what is fetched at run time is kept: `SOCNAV_CACHE`, or the user's cache folder."""
+    """The folder of files fetched at run time: `SOCNAV_CACHE`, or the user's cache folder."""
     return Path(os.environ.get("SOCNAV_CACHE") or platformdirs.user_cache_dir("socnav2"))
 
 

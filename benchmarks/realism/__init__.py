@@ -1,1 +1,1 @@
-"""How like real pedestrians the simulated ones walk: `python -m benchmarks.realism`."""
+"""Comparison of simulated with real pedestrians: `python -m benchmarks.realism`."""

@@ -1,22 +1,21 @@
-"""How like real pedestrians the simulated ones walk: `python -m benchmarks.realism --data DIR`.
+"""Comparison of simulated with real pedestrians: `python -m benchmarks.realism --data DIR`.
 
 DIR holds `hotel.txt`, `zara01.txt` and `*_groups.txt` (ETH and UCY, as OpenTraj converts them). One real person at a
-time is replaced by a simulated one who knows the start, the velocity over the 0.4 s before, and a final point, and who
-walks for 4.8 s among the others, who walk as they did and are strangers to them. Everyone is replaced in every 4.8 s of
-their track.
+time is replaced by a simulated one, who is given the start, the velocity over the 0.4 s before, and a final point. The
+simulated person walks for 4.8 s among the others, who follow their tracks and belong to other groups. Every person is
+replaced in every 4.8 s of their track.
 
-What is known of the future comes in three kinds. The straight walker, which the simulated one is compared with, always
-knows the same:
+There are three kinds of final points. The simulated person is compared with a straight walker given the same:
 
-- exit: the place where the person leaves the scene. Straight: there, at the speed of the start, and no further.
-- place: where the person is 4.8 s later, but not when they get there. Straight: likewise.
-- appointment: that place and the time. Straight: there, at the one speed that arrives just then.
+- exit: the place where the person leaves the scene. Straight: to it at the speed of the start, and no further.
+- place: the person's place 4.8 s later, but not the time of arrival. Straight: likewise.
+- appointment: that place and the time. Straight: to it at the one speed that arrives at that time.
 
-ADE and FDE: distance from where the real person is [m], mean over the 4.8 s and at their end; every 0.4 s.
-Collisions: share of walks that come closer than 0.5 m, two bodies, to someone; every 0.05 s.
+ADE and FDE: distance from the real person [m], mean over the 4.8 s and at their end; every 0.4 s.
+Collisions: share of walks that come closer than 0.5 m, two bodies, to another person; every 0.05 s.
 
-Then everyone of zara01 is simulated at once, with their companions, from where and when they enter to where they leave:
-speeds and distances to the nearest neighbour, every 0.4 s, beside the real ones.
+Then all people of zara01 are simulated at once, with their companions, from the place and time where they enter to the
+place where they leave: speeds and distances to the nearest neighbour, every 0.4 s, beside the real ones.
 
 --fit searches the parameters of `PeopleConfig.pedestrians` on hotel.
 """
@@ -54,19 +53,19 @@ PERCENTILES = (5, 25, 50, 75, 95)
 
 @dataclass(frozen=True)
 class Realism:
-    """Where the recordings are, and whether to search."""
+    """The recordings, and the search for parameters."""
 
     data: Path
     """Folder with hotel.txt, zara01.txt and zara01_groups.txt."""
     fit: bool = False
-    """Search parameters on hotel instead of showing how the preset does."""
+    """Search parameters on hotel and evaluate them in place of the preset."""
     generations: int = 12
-    """Of the search."""
+    """Generations of the search."""
     seed: int = 0
-    """Of the search."""
+    """Seed of the search."""
 
     def run(self) -> None:
-        """Search, or show all tables. Raises `TracksError` for a file that cannot be used."""
+        """Search with `fit`, and print all tables. Raises `TracksError` for a file that cannot be used."""
         console, people = Console(), PeopleConfig.pedestrians()
         recordings = {name: walks_of(read_tracks(self.data / f"{name}.txt")) for name in (FITTED, CHECKED)}
         if self.fit:

@@ -1,4 +1,4 @@
-"""One real pedestrian at a time replaced by a walker who knows as much as they are told."""
+"""Recorded crowds in which one pedestrian at a time is replaced by a simulated walker."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from socnav_env.config import PeopleConfig
 from socnav_env.people.social_force import next_velocity
 from socnav_env.people.walkers import Habits, Surroundings, Walkers, habits_of
 
-KINDS = ("exit", "place", "appointment")  # what is known of the future; see `benchmarks.realism`
+KINDS = ("exit", "place", "appointment")  # kinds of final points; see `benchmarks.realism`
 STEPS_A_ROW = 8  # of simulation between two rows of a track
 STEP = FRAME_PERIOD / STEPS_A_ROW  # s
 STEPS = HORIZON * STEPS_A_ROW
 TOUCH = 0.5  # m between the centres of two bodies that touch
-LEAST_SPEED = 0.05  # m/s; who stands at the start creeps, so that directions are defined
+LEAST_SPEED = 0.05  # m/s; a person who stands at the start gets it, so that directions are defined
 
-Walker = Callable[[Walks, str], FloatArray]  # walks and a kind to paths (n, STEPS + 1, 2)
+Walker = Callable[[Walks, str], FloatArray]  # from walks and a kind to paths (n, STEPS + 1, 2)
 
 
 class Figures(NamedTuple):
@@ -33,18 +33,18 @@ class Figures(NamedTuple):
 
 
 def figures_of(walks: Walks, paths: FloatArray) -> Figures:
-    """Compare paths (n, STEPS + 1, 2) with the real ones, and with the others."""
+    """Errors of paths (n, STEPS + 1, 2) against the real ones, and their collisions with the others."""
     errors = np.linalg.norm(paths[:, STEPS_A_ROW::STEPS_A_ROW] - walks.paths[:, 1:], axis=2)
     return Figures(float(errors.mean()), float(errors[:, -1].mean()), float(touches(paths, walks.others).mean()))
 
 
 def real_walker(walks: Walks) -> FloatArray:
-    """The person as recorded, straight from row to row; knows everything."""
+    """The paths as recorded, straight from row to row."""
     return _between_rows(walks.paths)
 
 
 def straight_walker(walks: Walks, kind: str) -> FloatArray:
-    """Straight to the final point at one speed, and no further."""
+    """Paths straight to the final point at one speed, and no further."""
     starts, final = walks.paths[:, 0], final_points(walks, kind)
     way = final - starts
     distances = np.linalg.norm(way, axis=1)
@@ -57,7 +57,7 @@ def straight_walker(walks: Walks, kind: str) -> FloatArray:
 
 
 def social_force_walker(people: PeopleConfig) -> Walker:
-    """A walker as in the environment, whose desired speed is the one at the start or, by appointment, just arrives."""
+    """A walker as in the environment. Its desired speed is that of the start or, by appointment, arrives on time."""
     habits = habits_of(people)
     return lambda walks, kind: _simulate_each(
         walks.paths[:, 0], walks.velocities, final_points(walks, kind), kind == "appointment", walks.others, habits
@@ -65,12 +65,12 @@ def social_force_walker(people: PeopleConfig) -> Walker:
 
 
 def final_points(walks: Walks, kind: str) -> FloatArray:
-    """(n, 2) what is known of the future."""
+    """The final points of walks, (n, 2)."""
     return walks.exits if kind == "exit" else walks.paths[:, -1]
 
 
 def _between_rows(rows: FloatArray) -> FloatArray:
-    """(..., HORIZON + 1, 2) to (..., STEPS + 1, 2), straight in between."""
+    """Rows (..., HORIZON + 1, 2) to steps (..., STEPS + 1, 2), by linear interpolation."""
     share = (np.arange(STEPS) % STEPS_A_ROW / STEPS_A_ROW)[:, None]
     before = np.repeat(rows[..., :-1, :], STEPS_A_ROW, axis=-2)
     after = np.repeat(rows[..., 1:, :], STEPS_A_ROW, axis=-2)
@@ -79,13 +79,13 @@ def _between_rows(rows: FloatArray) -> FloatArray:
 
 @njit
 def touches(paths: FloatArray, others: FloatArray) -> FloatArray:
-    """Which walks (n, STEPS + 1, 2) come closer than `TOUCH` to one of the others (n, m, HORIZON + 1, 2): 0 or 1."""
+    """1 for paths (n, STEPS + 1, 2) that come closer than `TOUCH` to one of others (n, m, HORIZON + 1, 2), else 0."""
     touched = np.zeros(len(paths))
     for walk in range(len(paths)):
         for step in range(STEPS + 1):
             for other in range(others.shape[1]):
                 x, y, _, _ = _other_at(others[walk, other], step)
-                # Whoever is not there is NaN, which is not closer.
+                # An absent person is NaN, which is not closer.
                 if np.hypot(paths[walk, step, 0] - x, paths[walk, step, 1] - y) < TOUCH:
                     touched[walk] = 1.0
     return touched
@@ -93,7 +93,7 @@ def touches(paths: FloatArray, others: FloatArray) -> FloatArray:
 
 @njit
 def _other_at(rows: FloatArray, step: int) -> tuple[float, float, float, float]:
-    """Place and velocity of someone recorded at rows (HORIZON + 1, 2), at a step of the simulation."""
+    """Place and velocity of a person with rows (HORIZON + 1, 2), at a step of the simulation."""
     row = min(step // STEPS_A_ROW, HORIZON - 1)
     time = step * STEP - row * FRAME_PERIOD
     vx, vy = (rows[row + 1, 0] - rows[row, 0]) / FRAME_PERIOD, (rows[row + 1, 1] - rows[row, 1]) / FRAME_PERIOD
@@ -104,7 +104,7 @@ def _other_at(rows: FloatArray, step: int) -> tuple[float, float, float, float]:
 def _simulate_each(
     starts: FloatArray, velocities: FloatArray, finals: FloatArray, in_time: bool, others: FloatArray, habits: Habits
 ) -> FloatArray:
-    """Walk every walk by social force. Returns (n, STEPS + 1, 2)."""
+    """Simulate every walk by social force. Returns (n, STEPS + 1, 2)."""
     paths = np.empty((len(starts), STEPS + 1, 2))
     for walk in range(len(starts)):
         _simulate(starts[walk], velocities[walk], finals[walk], in_time, others[walk], habits, paths[walk])
@@ -121,7 +121,7 @@ def _simulate(
     habits: Habits,
     path: FloatArray,
 ) -> None:
-    """Write the path (STEPS + 1, 2) of one who walks from `start` to `final`, all (2,), among others."""
+    """Write the path (STEPS + 1, 2) of a person who walks from `start` to `final`, all (2,), among others."""
     most = len(others) + 1
     bodies, walkers = np.zeros((most + 1, 6)), _strangers(most)
     around = Surroundings(np.empty((0, 4)), np.empty((0, 3)), np.empty((0, 6)))
@@ -136,7 +136,7 @@ def _simulate(
         if in_time:
             distance = np.hypot(final[0] - bodies[0, 0], final[1] - bodies[0, 1])
             walkers.speed[0] = max(distance / ((STEPS - step) * STEP), LEAST_SPEED)
-        # The last row is the robot's, whom nobody notices.
+        # The last row is the robot's, which nobody notices.
         rows, own = bodies[: count + 2], _first(walkers, count + 1)
         vx, vy, turn_rate = next_velocity(0, STEP, rows, own, 0.0, 0.0, around, habits)
         bodies[0, 0], bodies[0, 1] = bodies[0, 0] + STEP * vx, bodies[0, 1] + STEP * vy
@@ -146,7 +146,7 @@ def _simulate(
 
 @njit
 def _place_others(others: FloatArray, step: int, bodies: FloatArray) -> int:
-    """Write those who are there into rows 1 on of bodies, and return how many they are."""
+    """Write the people present into `bodies` from row 1 on, and return their number."""
     count = 0
     for other in others:
         x, y, vx, vy = _other_at(other, step)

@@ -1,4 +1,4 @@
-"""The search for walking parameters that fit real pedestrians."""
+"""Search for walking parameters that fit real pedestrians."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ POPULATION = 5  # candidates in a generation for each parameter
 
 
 def fit(walks: Walks, generations: int, seed: int, report: Callable[[float], None]) -> PeopleConfig:
-    """Search by differential evolution (Storn & Price 1997) for what loses least, all kinds of knowledge alike.
+    """Minimise the loss, a mean over `KINDS`, by differential evolution (Storn & Price 1997).
 
     report: called after each generation with the least loss so far
     """

@@ -1,4 +1,4 @@
-"""Everyone of a recording simulated at once."""
+"""Simulation of all people of a recording at once."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from socnav_env.config import PeopleConfig
 from socnav_env.people.social_force import SLOW_DOWN, walk
 from socnav_env.people.walkers import Surroundings, Walkers, habits_of
 
-MOST_TIME = 2.0  # times as long as the real person took, after which a simulated one is taken away
+MOST_TIME = 2.0  # times the real person's duration, after which a simulated one is removed
 
 
 class Crowd(NamedTuple):
-    """What a crowd looks like, over all people and rows.
+    """Statistics of a crowd, over all people and rows.
 
     speeds: [m/s] over the 0.4 s before; neighbours: [m] from each person to the nearest other
     """
@@ -36,9 +36,9 @@ def real_crowd(tracks: list[Track]) -> Crowd:
 
 
 def simulated_crowd(tracks: list[Track], groups: IntArray, people: PeopleConfig) -> Crowd:
-    """The crowd where each one enters as recorded, and walks with their companions to where these leave on average.
+    """The simulated crowd: people enter as recorded, and walk with their companions to the mean of their exits.
 
-    groups: for each track, the same number for companions
+    groups: a number for each track, the same for companions
     """
     walkers = _walkers(tracks, groups)
     habits, nowhere = habits_of(people), Surroundings(np.empty((0, 4)), np.empty((0, 3)), np.empty((0, 6)))
@@ -51,7 +51,7 @@ def simulated_crowd(tracks: list[Track], groups: IntArray, people: PeopleConfig)
         present = np.flatnonzero((entries <= row) & ~gone)
         places[row, present] = states[present, :2]
         for _ in range(STEPS_A_ROW if len(present) else 0):
-            # The last row is the robot's, whom nobody notices.
+            # The last row is the robot's, which nobody notices.
             bodies, velocities = np.vstack([states[present], np.zeros(6)]), np.zeros((len(present) + 1, 3))
             own = Walkers(*(each[present] for each in walkers))
             walk(STEP, bodies, own, 0.0, 0.0, nowhere, habits, velocities)
@@ -73,7 +73,7 @@ def _walkers(tracks: list[Track], groups: IntArray) -> Walkers:
 
 
 def _spacing(companions: list[Track]) -> float:
-    """[m] between neighbours at the first row in which all companions are there; as they enter where there is none."""
+    """Distance [m] between neighbours when the last companion enters; those who have left count at their last place."""
     row = max(track.first for track in companions)
     places = np.array([track.places[min(row - track.first, len(track.places) - 1)] for track in companions])
     extent = np.linalg.norm(places[:, None] - places, axis=2).max()
@@ -81,7 +81,7 @@ def _spacing(companions: list[Track]) -> float:
 
 
 def _entering(tracks: list[Track]) -> FloatArray:
-    """(n, 6) states as `walk` has them, at everyone's first row."""
+    """States (n, 6) as `walk` has them, at the first row of each track."""
     states = np.zeros((len(tracks), 6))
     for state, track in zip(states, tracks, strict=True):
         velocity = (track.places[1] - track.places[0]) / FRAME_PERIOD
@@ -90,7 +90,7 @@ def _entering(tracks: list[Track]) -> FloatArray:
 
 
 def _arrived(states: FloatArray, walkers: Walkers, present: BoolArray) -> BoolArray:
-    """Whose group is about to slow down for its target."""
+    """Whether each person's group is near enough to slow down for its target, (n,)."""
     arrived = np.zeros(len(states), dtype=np.bool_)
     for group in np.unique(walkers.group[present]):
         members = present & (walkers.group == group)
@@ -100,7 +100,7 @@ def _arrived(states: FloatArray, walkers: Walkers, present: BoolArray) -> BoolAr
 
 
 def _crowd(places: FloatArray) -> Crowd:
-    """places: (rows, n, 2) [m], NaN where someone is not there."""
+    """Statistics of places (rows, n, 2) [m], NaN where a person is absent."""
     speeds = np.linalg.norm(np.diff(places, axis=0), axis=2) / FRAME_PERIOD
     neighbours = []
     for row in places:

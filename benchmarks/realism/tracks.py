@@ -1,4 +1,4 @@
-"""Tracks of real pedestrians, and what happened while each of them walked."""
+"""Tracks of real pedestrians, and walks of 4.8 s among others taken from them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ HORIZON = 12  # rows that are simulated: 4.8 s
 
 
 class TracksError(ValueError):
-    """A file of tracks is missing or not what it should be."""
+    """A file of tracks is missing or not valid."""
 
 
 class Track(NamedTuple):
@@ -26,12 +26,12 @@ class Track(NamedTuple):
 
 
 class Walks(NamedTuple):
-    """Many walks of 4.8 s; n walks, at most m others near each.
+    """Many walks of 4.8 s: n walks, with at most m others present in each.
 
     paths: (n, HORIZON + 1, 2) [m]
     velocities: (n, 2) [m/s] over the row before the start
     exits: (n, 2) [m] last place of the whole track
-    others: (n, m, HORIZON + 1, 2) [m] everyone else, NaN while they are not there
+    others: (n, m, HORIZON + 1, 2) [m] everyone else, NaN while absent
     """
 
     paths: FloatArray
@@ -41,7 +41,7 @@ class Walks(NamedTuple):
 
 
 def read_tracks(file: Path) -> dict[int, Track]:
-    """Read a file as OpenTraj has it: frame, id, x, z, y, vx, vz, vy. Returns tracks by id.
+    """Read a file in OpenTraj's format: frame, id, x, z, y, vx, vz, vy. Returns tracks by id.
 
     Raises `TracksError` naming the file and what is wrong with it.
     """
@@ -61,7 +61,7 @@ def read_tracks(file: Path) -> dict[int, Track]:
 
 
 def read_groups(file: Path, tracks: dict[int, Track]) -> IntArray:
-    """Who walks with whom: a number for each track, the same for companions; a line of the file is a group."""
+    """Read groups: a number for each track, the same for companions; a line of the file is a group."""
     try:
         lines = [[int(each) for each in line.split()] for line in file.read_text().splitlines()]
     except (OSError, ValueError) as error:
@@ -73,7 +73,7 @@ def read_groups(file: Path, tracks: dict[int, Track]) -> IntArray:
 
 
 def walks_of(tracks: dict[int, Track]) -> Walks:
-    """Every 4.8 s of every track, the first from its second row on: before that nobody knows a velocity."""
+    """Every 4.8 s of every track, the first from its second row on: the first row has no velocity."""
     paths, velocities, exits, others = [], [], [], []
     for identity, track in tracks.items():
         for start in range(1, len(track.places) - HORIZON, HORIZON):
@@ -90,7 +90,7 @@ def walks_of(tracks: dict[int, Track]) -> Walks:
 
 
 def _others(tracks: dict[int, Track], identity: int, first: int) -> FloatArray:
-    """Everyone else who is there at some time of the walk that begins in row `first`, (m, HORIZON + 1, 2)."""
+    """All others present at some time of the walk that begins in row `first`, (m, HORIZON + 1, 2)."""
     seen = []
     for other, track in tracks.items():
         last = track.first + len(track.places)

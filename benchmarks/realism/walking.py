@@ -1,9 +1,9 @@
-"""How people walk in SocNav2's recordings and here: `python -m benchmarks.realism.walking --data DIR`.
+"""People's motion in SocNav2's recordings and in simulation: `python -m benchmarks.realism.walking --data DIR`.
 
-DIR holds SocNav2 sequences (`S*.json`). Everyone counts who stirs in a sequence by more than 0.1 m. Velocities are
-means over 0.5 s, accelerations their change from one to the next: between neighbouring snapshots the recordings tell
-neither, since places and timestamps were not taken at quite the same time. Simulated: 4 s of episodes with the default
-configuration, a robot driving at random among people.
+DIR holds SocNav2 sequences (`S*.json`). A person counts who moves by more than 0.1 m in a sequence. Velocities are
+means over 0.5 s, accelerations their change from one to the next: neighbouring snapshots are not exact enough for
+either, since places and timestamps were not recorded at quite the same time. Simulated: 4 s of episodes with the
+default configuration, a robot driving at random among people.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ from socnav_env.trajectories.from_socnav2 import trajectory_of_sequence
 
 PERCENTILES = (5, 25, 50, 75, 95)
 PERIOD = 0.5  # s between the instants that are compared
-STIRS = 0.1  # m within which someone stays who stands
+STIRS = 0.1  # m, the most that a standing person moves
 SECONDS = 4.0  # of a simulated sequence
-COMMAND_PERIOD = 10  # control periods for which the robot keeps to one command
+COMMAND_PERIOD = 10  # control periods with the same command of the robot
 
 
 class Walking(NamedTuple):
-    """What people who walk do, one number for each person and instant [m/s], [m/s^2], [rad/s]."""
+    """Motion of walking people, one number for each person and instant [m/s], [m/s^2], [rad/s]."""
 
     speeds: FloatArray
     accelerations: FloatArray
@@ -44,14 +44,14 @@ class Walking(NamedTuple):
 
 @dataclass(frozen=True)
 class Compare:
-    """What is compared."""
+    """The recordings and the simulation to compare."""
 
     data: Path
     """Folder with SocNav2 sequences, S*.json."""
     scenes: int = 200
-    """How many are simulated."""
+    """Number of simulated scenes."""
     seed: int = 0
-    """Of the simulation."""
+    """Seed of the simulation."""
 
     def run(self) -> None:
         """Measure and print."""
@@ -69,7 +69,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def recorded_walking(files: list[Path]) -> Walking:
-    """Everyone who walks in SocNav2 sequences. Raises `ScenarioError` for a file that cannot be used."""
+    """Motion of walking people in SocNav2 sequences. Raises `ScenarioError` for a file that cannot be used."""
     each = []
     for file in files:
         trajectory = trajectory_of_sequence(read_socnav2(file))
@@ -78,7 +78,7 @@ def recorded_walking(files: list[Path]) -> Walking:
 
 
 def simulated_walking(scenes: int, seed: int) -> Walking:
-    """Everyone who walks in so many scenes of the default environment, a robot driving at random among them."""
+    """Motion of walking people in scenes of the default environment, a robot driving at random among them."""
     config, rng = EnvConfig(), np.random.default_rng(seed)
     steps, each = round(SECONDS / config.control_period), []
     fastest = (config.robot.max_forward_speed, 0.0, config.robot.max_turn_rate)
@@ -97,7 +97,7 @@ def simulated_walking(scenes: int, seed: int) -> Walking:
 
 
 def walking_of(poses: FloatArray, times: FloatArray) -> Walking:
-    """poses: (n, num_people, 3), NaN while out of sight; times: (n,) [s]."""
+    """Motion of walking people, from poses (n, num_people, 3), NaN while out of sight, and times (n,) [s]."""
     extent = np.fmax.reduce(poses[..., :2], axis=0) - np.fmin.reduce(poses[..., :2], axis=0)
     walks = extent.max(axis=1, initial=0.0) > STIRS
     unrolled = np.concatenate([poses[:, walks, :2], np.unwrap(poses[:, walks, 2:], axis=0)], axis=2)

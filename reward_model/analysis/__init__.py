@@ -1,4 +1,4 @@
-"""What a network has learned: its errors, its behaviours and heatmaps, and how far people agree.
+"""Analysis of networks: errors, behaviours and heatmaps, and the agreement among people.
 
-May import `base`, `scenes` and `graph`; the networks that it asks are handed to it.
+May import `base`, `scenes` and `graph`; networks are passed in as arguments.
 """

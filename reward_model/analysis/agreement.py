@@ -1,4 +1,4 @@
-"""How far people agree with each other and with themselves: linearly weighted kappa (Cohen 1968)."""
+"""Agreement of raters with each other and with themselves: linearly weighted kappa (Cohen 1968)."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ class Agreement:
 
     raters: in alphabetical order
     kappa: (num_raters, num_raters) linearly weighted; on the diagonal a rater's first scores against their second
-        ones. NaN where two never scored the same clip, or all scores compared are one value
-    counts: (num_raters, num_raters) pairs of scores compared
+        ones. NaN where two raters have no clip in common, or all scores compared are one value
+    counts: (num_raters, num_raters) number of pairs of scores compared
     """
 
     raters: tuple[str, ...]
@@ -47,8 +47,8 @@ def agreement(ratings: Ratings, question: int) -> Agreement:
 def weighted_kappa(first: FloatArray, second: FloatArray) -> float:
     """Linearly weighted kappa of two lists of scores of the same things: 1 for equal ones, 0 for chance.
 
-    One less the mean distance of the pairs over the mean distance of any score of the one list from any of the
-    other. On whole numbers this is Cohen's weighted kappa with weights |i - j|; scores need no categories.
+    1 minus the mean distance of the pairs divided by the mean distance of any score of the one list from any of
+    the other. On whole numbers this is Cohen's weighted kappa with weights |i - j|; scores need no categories.
     first, second: (n,). Returns NaN where all scores are the same or there are none.
     """
     if not len(first):
@@ -58,7 +58,7 @@ def weighted_kappa(first: FloatArray, second: FloatArray) -> float:
 
 
 def _score_pairs(clips: dict[str, list[tuple[str, float]]]) -> dict[tuple[str, str], list[tuple[float, float]]]:
-    """For two raters, or one and the same, every pair of their scores of one clip."""
+    """Pairs of scores of the same clip, by pair of raters or by a rater paired with themselves."""
     pairs: dict[tuple[str, str], list[tuple[float, float]]] = defaultdict(list)
     for rows in clips.values():
         scores: dict[str, list[float]] = defaultdict(list)
@@ -73,7 +73,7 @@ def _score_pairs(clips: dict[str, list[tuple[str, float]]]) -> dict[tuple[str, s
 
 
 def _mean_distance(first: FloatArray, second: FloatArray) -> float:
-    """The mean of |a - b| over all a of the one and b of the other, in memory of their lengths' size."""
+    """The mean of |a - b| over all a in `first` and b in `second`, in memory linear in their lengths."""
     ordered = np.sort(second)
     sums = np.concatenate([[0.0], np.cumsum(ordered)])
     below = np.searchsorted(ordered, first)

@@ -1,8 +1,8 @@
-"""The behaviours that Bachiller et al. 2021 report of a good reward model, as measurements with a verdict.
+"""Measurements, with verdicts, of the behaviours that Bachiller et al. 2021 report of a good reward model.
 
-Every measurement was fixed before any network was asked. All scenes are synthetic, in a square room of 9 m. Where a
-score has to count as low, the line is 0.4, which raters knew as "acceptable"; "fine" is 0.6, which they knew as
-"good"; "about 0" is less than 0.1, nearer to "unacceptable" (0) than to "undesirable" (0.2). The robot drives at
+Every measurement was fixed before any network was evaluated. All scenes are synthetic, in a square room of 9 m. A
+score is low below 0.4, which raters saw labelled "acceptable"; it is fine from 0.6 on, labelled "good"; it is about 0
+below 0.1, nearer to "unacceptable" (0) than to "undesirable" (0.2). The robot drives at
 0.21 m/s or turns at 0.19 rad/s, as in `heatmap.ACTIONS`; people walk at 0.62 m/s, the median of SocNav2. Robot and
 people are discs of 0.25 m.
 """
@@ -42,10 +42,10 @@ _TABLE = (0.79, 0.78)  # m, width and depth of a table in SocNav2
 class Finding:
     """One statement about a network.
 
-    statement: which of the paper's, and a number
-    claim: what should hold; measure: what the values are
+    statement: the letter of the paper's statement, and a number
+    claim: the expected relation of the values; measure: the description of the values
     values: by name, in the order of the claim; NaN where there was nothing to measure
-    holds: whether the claim holds of the values
+    holds: whether the claim is true of the values
     """
 
     statement: str
@@ -55,12 +55,12 @@ class Finding:
     holds: bool
 
     def cells(self) -> tuple[str, str, str, str, str]:
-        """Statement, measure, claim, values and verdict in words: a table's row, see `HEADER`."""
+        """Statement, measure, claim, values and verdict as text: a row of the table, see `HEADER`."""
         values = ", ".join(f"{name} {value:.2f}" for name, value in self.values.items())
         return self.statement, self.measure, self.claim, values, "pass" if self.holds else "FAIL"
 
     def document(self) -> dict[str, object]:
-        """The finding for JSON, with None for a value that is no number."""
+        """The finding for JSON, with None for values that are not finite."""
         values = {name: value if np.isfinite(value) else None for name, value in self.values.items()}
         return {
             "statement": self.statement,
@@ -72,7 +72,7 @@ class Finding:
 
 
 def crowding(scorer: WindowScorer) -> list[Finding]:
-    """a: the more people there are, the narrower the discomfort area of each."""
+    """a: the discomfort area of each person shrinks with the number of people."""
     spots = [(x, y) for x in (-1, 1) for y in (0, 2.5, -2.5)] + [(x, y) for x in (-3, 3) for y in (0, 2.5, -2.5)]
     spots.sort(key=lambda spot: spot[1] != 0 or abs(spot[0]) != 1)  # the two in the middle come first
     values = {}
@@ -89,7 +89,7 @@ def crowding(scorer: WindowScorer) -> list[Finding]:
 
 
 def walking(scorer: WindowScorer) -> list[Finding]:
-    """b: more care for who stands; around who walks, the low area is skewed along the motion and lies in front."""
+    """b: the low area is larger around a standing person; a walking person's is skewed along the motion, in front."""
     still, moving, along, across = [], [], [], []
     for heading in _DIRECTIONS:
         stander, walker = Person(0, 0, heading), Person(0, 0, heading, WALKING_SPEED)
@@ -133,7 +133,7 @@ def walking(scorer: WindowScorer) -> list[Finding]:
 
 
 def interacting(scorer: WindowScorer) -> list[Finding]:
-    """c: crossing between two who interact costs more than between two who do not; along the line still more."""
+    """c: crossing between two people who interact scores less than between two others; along their line still less."""
     strangers = SyntheticScene(_GOAL, command=_FORWARD, people=[Person(0, 1.5, -pi / 2), Person(0, -1.5, pi / 2)])
     friends = replace(strangers, interactions=[(1, 2)])
     crossing = {
@@ -149,7 +149,7 @@ def interacting(scorer: WindowScorer) -> list[Finding]:
 
 
 def near(scorer: WindowScorer) -> list[Finding]:
-    """d: near an unused object is fine, near a person is not."""
+    """d: scores are fine near an unused object, and not near a person."""
     gap = 0.3  # m, between surfaces
     table = SyntheticScene(_GOAL, objects=[Thing(0, 0, 0, *_TABLE)])
     person = SyntheticScene(_GOAL, people=[Person(0, 0)])
@@ -169,7 +169,7 @@ def near(scorer: WindowScorer) -> list[Finding]:
 
 
 def progress(scorer: WindowScorer) -> list[Finding]:
-    """e: Q2 drops when the robot moves away from the goal; with the goal behind, turning beats driving on."""
+    """e: Q2 drops when the robot moves away from the goal; with the goal behind, turning scores more than driving."""
     behind, ahead = empty_room(scorer, goal_ahead=False), empty_room(scorer, goal_ahead=True)
     away = {
         "away": behind["forward"].q2,
@@ -220,7 +220,7 @@ BEHAVIOURS: Final[tuple[Behaviour, ...]] = (crowding, walking, interacting, near
 
 
 def empty_room(scorer: WindowScorer, goal_ahead: bool) -> dict[str, Scores]:
-    """Scores in the middle of an empty room, the goal 3 m ahead or behind, by what the robot does."""
+    """Scores in the middle of an empty room, the goal 3 m ahead or behind, by the robot's action."""
     commands = {
         "standing": ACTIONS["stop"],
         "forward": _FORWARD,
@@ -238,7 +238,7 @@ def _score(scorer: WindowScorer, scene: SyntheticScene) -> Scores:
 
 
 def _low_places(scorer: WindowScorer, scene: SyntheticScene, person: Person, radius: float, step: float) -> FloatArray:
-    """(num_places, 2) where around a person [m, from that person] a robot with the heading 0 has a low Q1."""
+    """Positions (num_places, 2) [m] relative to a person at which a robot with heading 0 has a low Q1."""
     count = round(radius / step)
     line = step * np.arange(-count, count + 1)
     grid = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
@@ -250,12 +250,12 @@ def _low_places(scorer: WindowScorer, scene: SyntheticScene, person: Person, rad
 def _low_area(
     scorer: WindowScorer, scene: SyntheticScene, person: Person, radius: float = 1.5, step: float = 0.15
 ) -> float:
-    """[m2] how large the area around a person is in which the robot has a low Q1."""
+    """The area [m2] around a person in which the robot has a low Q1."""
     return len(_low_places(scorer, scene, person, radius, step)) * step**2
 
 
 def _low_centre(scorer: WindowScorer, scene: SyntheticScene, person: Person) -> tuple[float, float]:
-    """Where the centre of that area is, ahead of the person and to their left [m]; NaN where there is none."""
+    """The centre of that area, ahead of the person and to their left [m]; NaN where there is none."""
     places = _low_places(scorer, scene, person, radius=1.5, step=0.15)
     if not len(places):
         return np.nan, np.nan

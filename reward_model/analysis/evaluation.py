@@ -1,4 +1,4 @@
-"""How far a network's answers are from people's scores, and how far people are from each other."""
+"""Errors of a network's predictions against people's scores, and of people against each other."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ _BIN: Final = 0.05  # width of a histogram's bars, on scores 0..1
 
 @dataclass(frozen=True)
 class QuestionErrors:
-    """One question's answers against its scores, both 0..1.
+    """Errors of one question's predictions against its scores, both 0..1.
 
     count: scores compared
     mse, mae: mean squared and mean absolute error
-    spearman: rank correlation; NaN where all answers or all scores are the same
+    spearman: rank correlation; NaN where all predictions or all scores are the same
     """
 
     count: int
@@ -34,14 +34,14 @@ class QuestionErrors:
 
 @dataclass(frozen=True)
 class HumanCeiling:
-    """How well people do on one question, as mean squared errors of scores 0..1; NaN where nobody can be compared.
+    """People's mean squared errors on one question, of scores 0..1; NaN where no clip has more than one score.
 
     pairs: between two scores of one clip, the mean over all pairs
-    one_against_others: of a score from the mean of all others of its clip, the mean over all scores. What a network
-        that was trained on other people's scores can be compared with
+    one_against_others: of a score from the mean of all others of its clip, the mean over all scores. The reference
+        for a network that was trained on other people's scores
     one_against_all: the paper's: of a score from the mean of all of its clip, its own included, the mean over a
         rater's scores and then over raters. Small where a clip has few scores
-    clips: how many clips have more than one score
+    clips: number of clips that have more than one score
     """
 
     pairs: float
@@ -50,16 +50,16 @@ class HumanCeiling:
     clips: int
 
 
-def question_errors(answers: Float32Array, scores: Float32Array) -> dict[str, QuestionErrors]:
-    """Compare answers with scores, question by question; a question that nobody was asked is left out.
+def question_errors(predictions: Float32Array, scores: Float32Array) -> dict[str, QuestionErrors]:
+    """Errors of predictions by question; a question without scores is left out.
 
-    answers, scores: (n, 2), scores NaN where not asked.
+    predictions, scores: (n, 2), scores NaN where the question was not asked.
     """
     found = {}
     for column, question in enumerate(QUESTIONS):
         known = ~np.isnan(scores[:, column])
         if known.any():
-            found[question] = _errors(answers[known, column].astype(float), scores[known, column].astype(float))
+            found[question] = _errors(predictions[known, column].astype(float), scores[known, column].astype(float))
     return found
 
 
@@ -80,13 +80,13 @@ def human_ceiling(ratings: Ratings, question: int) -> HumanCeiling:
     return HumanCeiling(_mean(pairs), _mean(others), _mean(every_rater), len(clips))
 
 
-def error_histogram(answers: Float32Array, scores: Float32Array, question: str) -> bytes:
-    """A PNG of how often each absolute error occurs. answers, scores: (n, 2) as for `question_errors`."""
+def error_histogram(predictions: Float32Array, scores: Float32Array, question: str) -> bytes:
+    """A PNG with a histogram of absolute errors. predictions, scores: (n, 2) as for `question_errors`."""
     from matplotlib.figure import Figure
 
     column = QUESTIONS.index(question)
     known = ~np.isnan(scores[:, column])
-    errors = np.abs(answers[known, column] - scores[known, column])
+    errors = np.abs(predictions[known, column] - scores[known, column])
     edges = np.arange(math.ceil(max(1.0, float(errors.max(initial=0))) / _BIN) + 1) * _BIN
     figure = Figure(figsize=(6, 3.5), layout="constrained")
     axes = figure.subplots()
@@ -99,13 +99,13 @@ def error_histogram(answers: Float32Array, scores: Float32Array, question: str) 
     return image.getvalue()
 
 
-def report(answers: Float32Array, scores: Float32Array, ratings: Ratings) -> dict[str, dict[str, float | None]]:
-    """What there is to say of each question that was asked, as JSON: errors, and the human ceiling where there is one.
+def report(predictions: Float32Array, scores: Float32Array, ratings: Ratings) -> dict[str, dict[str, float | None]]:
+    """The report for JSON: errors of each question that has scores, and the human ceiling where there is one.
 
-    Numbers that do not exist are None.
+    NaN becomes None.
     """
     found = {}
-    for question, errors in question_errors(answers, scores).items():
+    for question, errors in question_errors(predictions, scores).items():
         ceiling = human_ceiling(ratings, QUESTIONS.index(question))
         human = {f"human_{name}": value for name, value in asdict(ceiling).items()} if ceiling.clips else {}
         numbers = asdict(errors) | human
@@ -113,14 +113,14 @@ def report(answers: Float32Array, scores: Float32Array, ratings: Ratings) -> dic
     return found
 
 
-def _errors(answers: FloatArray, scores: FloatArray) -> QuestionErrors:
-    differences = answers - scores
-    varied = np.ptp(answers) > 0 and np.ptp(scores) > 0
+def _errors(predictions: FloatArray, scores: FloatArray) -> QuestionErrors:
+    differences = predictions - scores
+    varied = np.ptp(predictions) > 0 and np.ptp(scores) > 0
     return QuestionErrors(
         len(scores),
         float((differences**2).mean()),
         float(np.abs(differences).mean()),
-        float(spearmanr(answers, scores).statistic) if varied else math.nan,
+        float(spearmanr(predictions, scores).statistic) if varied else math.nan,
     )
 
 

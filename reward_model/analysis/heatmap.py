@@ -1,19 +1,19 @@
-"""What a scene's scores would be were the robot elsewhere in its room, or did something else there.
+"""Scores of a scene with the robot elsewhere in its room, or with another action.
 
 The robot is moved and keeps its heading; everything else stays where it is in the room. In every frame of the window
-the robot's recorded path is shifted by the same vector of the room, so all that stands or walks there is seen from the
-shifted path. Relative velocities are displacements over a snapshot's interval seen from the robot, so they change
+the robot's recorded path is shifted by the same vector of the room, and everything is transformed into the frame of
+the shifted path. Relative velocities are displacements over a snapshot's interval in the robot's frame, so they change
 as well where the robot turns.
 
-An action replaces the robot's path instead: it is taken to have driven with the action's constant forward speed and
-turn rate for the whole window, on the arc that ends now at the position and heading in question. Older frames
-are seen from where it then was on that arc, each frame's command is the action, and relative velocities are those of
-everything as it moved over the ground, seen from that arc.
+An action replaces the robot's path instead: the robot is taken to have driven with the action's constant forward speed
+and turn rate for the whole window, on the arc that ends now at the position and heading in question. Older frames are
+transformed into its frame on that arc, each frame's command is the action, and relative velocities are those of the
+recorded motion over the ground, relative to that arc.
 
-Both need the robot's own recorded motion. It is read off the walls, which stand still: a rotation and a shift carry
-one snapshot's walls onto another's. Over a snapshot's interval it is the motion since the snapshot before, in
-proportion where that one is not one interval older. A first snapshot has none before it: its command is taken
-as the motion, unless nothing in it moves, as recordings begin.
+Both need the robot's own recorded motion. It is estimated from the walls, which stand still: a rotation and a shift
+map one snapshot's walls to another's. Over a snapshot's interval it is the motion since the snapshot before, in
+proportion where that one is not one interval older. A first snapshot has none before it: its command is taken as the
+motion, unless nothing in it moves, as at the start of recordings.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ _GAP: Final = 0.1  # m, between the ends of two walls that meet
 
 
 class Action(NamedTuple):
-    """What the robot does: forward speed [m/s] and turn rate [rad/s]."""
+    """A constant command of the robot: forward speed [m/s] and turn rate [rad/s]."""
 
     forward: float
     turn: float
@@ -63,10 +63,10 @@ ACTIONS: Final = {
 
 
 class WindowScorer(Protocol):
-    """What scores windows of frames, newest first; `SocialScorer` does."""
+    """A scorer of windows of frames, newest first, such as `SocialScorer`."""
 
     def score_windows(self, windows: list[list[FrameGraph]]) -> Float32Array:
-        """(num_windows, 2) Q1 and Q2."""
+        """Q1 and Q2 of windows, (num_windows, 2)."""
         ...
 
 
@@ -86,7 +86,7 @@ class Heatmap:
 
 
 class _Frame(NamedTuple):
-    """A snapshot of the window, and the robot's headings [rad] then and one interval before, in the newest frame."""
+    """A snapshot of the window, and the robot's headings [rad] at it and one interval before, in the newest frame."""
 
     snapshot: Snapshot
     heading: float
@@ -103,9 +103,9 @@ def heatmap(
     """Score a scene with the robot at the centre of every cell of a grid over the room's bounding box.
 
     resolution: cells along each side
-    action: what the robot does instead of what was recorded
-    report: is told how many positions have been scored since the last time
-    Raises `ScenarioError` where the walls enclose no room or a score is no number, and `ValueError` for a resolution
+    action: replaces the robot's recorded motion
+    report: called with the number of positions scored since its last call
+    Raises `ScenarioError` where the walls enclose no room or a score is not finite, and `ValueError` for a resolution
     below 1.
     """
     if resolution < 1:
@@ -128,7 +128,7 @@ def score_positions(
     action: Action | None = None,
     report: Callable[[int], object] = lambda count: None,
 ) -> Float32Array:
-    """(num_positions, 2) Q1 and Q2 of a scene with the robot elsewhere; see the module.
+    """Q1 and Q2 (num_positions, 2) of a scene with the robot at other positions; see the module.
 
     positions: (num_positions, 2) [m] in the recorded robot's frame
     action, report: as in `heatmap`
@@ -144,7 +144,7 @@ def score_positions(
 
 
 def placed(sequence: SceneSequence, position: FloatArray, action: Action | None = None) -> SceneSequence:
-    """The window of a scene as it would be with the robot elsewhere; see the module.
+    """The window of a scene with the robot at another position; see the module.
 
     position: (2,) [m] in the recorded robot's frame
     """
@@ -153,11 +153,11 @@ def placed(sequence: SceneSequence, position: FloatArray, action: Action | None 
 
 
 def is_inside(walls: FloatArray, points: FloatArray) -> NDArray[np.bool_]:
-    """Whether points (..., 2) lie within walls (num_walls, 4) that enclose a room, in whatever order."""
+    """Whether points (..., 2) lie within walls (num_walls, 4) that enclose a room, in any order."""
     x, y = points[..., 0, None], points[..., 1, None]
     x1, y1, x2, y2 = walls.T
     spans = (y1 > y) != (y2 > y)
-    rise = np.where(y1 == y2, 1.0, y2 - y1)  # a wall along the ray spans nothing
+    rise = np.where(y1 == y2, 1.0, y2 - y1)  # a wall along the ray is not crossed
     crossings = spans & (x < x1 + (y - y1) / rise * (x2 - x1))
     odd: NDArray[np.bool_] = crossings.sum(axis=-1) % 2 == 1
     return odd
@@ -184,7 +184,7 @@ def _window(sequence: SceneSequence, action: Action | None) -> list[_Frame]:
 
 
 def _frame(sequence: SceneSequence, index: int, action: Action | None) -> _Frame:
-    """One snapshot of the window as it is seen with the robot at its recorded place, but doing the action."""
+    """One snapshot of the window with the robot at its recorded position, moving by the action."""
     snapshot = sequence.snapshots[index]
     recorded = _recorded_pose(snapshot, sequence.last, sequence.name)
     recorded_before = placed_at(recorded, _own_motion(sequence, index))
@@ -215,7 +215,7 @@ def _frame(sequence: SceneSequence, index: int, action: Action | None) -> _Frame
 
 
 def _recorded_pose(snapshot: Snapshot, other: Snapshot, name: str) -> FloatArray:
-    """(3,) the robot's pose at a snapshot in the robot's frame at another one, as the walls tell."""
+    """The robot's pose (3,) at a snapshot, in its frame at another one, estimated from the walls."""
     if len(snapshot.walls) != len(other.walls):
         raise ScenarioError(
             f"{name}: a scene's walls must not change: {len(other.walls)} walls at {other.timestamp} s, "
@@ -227,7 +227,7 @@ def _recorded_pose(snapshot: Snapshot, other: Snapshot, name: str) -> FloatArray
 
 
 def _own_motion(sequence: SceneSequence, index: int) -> FloatArray:
-    """(3,) the robot's pose one interval before a snapshot, in its frame at the snapshot."""
+    """The robot's pose (3,) one interval before a snapshot, in its frame at the snapshot."""
     snapshot = sequence.snapshots[index]
     if index > 0:
         earlier = sequence.snapshots[index - 1]
@@ -244,7 +244,7 @@ def _placed_windows(frames: list[_Frame], segments: IntArray, positions: FloatAr
 
 
 def _shifted(frame: _Frame, positions: FloatArray) -> list[Snapshot]:
-    """A frame seen from paths that are shifted by positions (num_positions, 2) of the newest frame."""
+    """A frame relative to paths that are shifted by positions (num_positions, 2) in the newest frame."""
     snapshot = frame.snapshot
     shifts = rotated(positions, -frame.heading)
     nothing = np.zeros((len(positions), 1))

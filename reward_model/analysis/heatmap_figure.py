@@ -1,8 +1,8 @@
-"""Pictures of heatmaps, after those of Bachiller et al. 2021: the room from above, the robot's heading up the picture.
+"""Pictures of heatmaps, after those of Bachiller et al. 2021: the room from above, the robot heading up.
 
-Scores near 0 are red, all others a tone of grey up to white for 1. People are blue circles with a line where they
-face, objects green rectangles, the goal a wide green ring, interactions red lines. The dashed axes cross where the
-robot was recorded.
+Scores near 0 are red, all others a tone of grey up to white for 1. People are blue circles with a line along their
+heading, objects green rectangles, the goal a wide green ring, interactions red lines. The dashed axes cross at the
+robot's recorded position.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ MARGIN: Final = 1.0  # inches, right of the maps, for the scale of scores
 PERSON_RADIUS: Final = 0.25  # m, half of a pair of shoulders
 GOAL_RADIUS: Final = 0.3  # m
 
-# The lowest scores in red; the step to grey stands where "unacceptable" (0) gives way to "undesirable" (0.2).
+# The lowest scores in red; the step to grey is between "unacceptable" (0) and "undesirable" (0.2).
 _COLORS: Final = LinearSegmentedColormap.from_list(
     "acceptance", [(0.0, "#e0201b"), (0.1, "#9c2320"), (0.15, "#3a2a2a"), (0.2, "#3c3c3c"), (1.0, "#ffffff")]
 )
@@ -51,7 +51,7 @@ def draw_heatmaps(
     """A PNG of maps beside one another, a panel for each map and question.
 
     snapshot: the scene's newest one
-    heatmaps: by `RECORDED` and the names of `ACTIONS`; maps of all actions stand as in the paper, turns above drives
+    heatmaps: by `RECORDED` and the names of `ACTIONS`; those of all actions have the paper's order, turns above drives
     """
     rows = _layout(heatmaps, questions)
     size = (len(rows[0]) * PANEL + MARGIN, len(rows) * PANEL)
@@ -75,7 +75,7 @@ def draw_heatmaps(
 
 
 def _layout(heatmaps: Mapping[str, Heatmap], questions: Sequence[Question]) -> list[list[tuple[Question, str] | None]]:
-    """The rows of panels; None is where the legend goes."""
+    """The rows of panels; None is the panel of the legend."""
     if set(heatmaps) != {RECORDED, *ACTIONS}:
         return [[(question, name) for question in questions for name in heatmaps]]
     turns, drives = list(ACTIONS)[:3], list(ACTIONS)[3:]
@@ -107,7 +107,7 @@ def _edges(centres: FloatArray) -> FloatArray:
 
 
 def draw_scene(axes: Axes, snapshot: Snapshot) -> None:
-    """Draw who and what is in a scene: to the right is right of the robot, up is ahead of it."""
+    """Draw a scene's people, objects, goal, walls and interactions: the robot's right is right, its front is up."""
     people, objects = snapshot.people, snapshot.objects
     axes.axhline(0, color=_INK, linewidth=0.6, linestyle=(0, (6, 4)))
     axes.axvline(0, color=_INK, linewidth=0.6, linestyle=(0, (6, 4)))

@@ -1,4 +1,4 @@
-"""Scenes made of constant motions in a square room, in SI units: what a reward model can be questioned with."""
+"""Scenes of constant motions in a square room, in SI units, for measurements of a reward model."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _DURATION: Final = (NUM_FRAMES - 1) * FRAME_SPACING  # s
 
 
 class Person(NamedTuple):
-    """Someone who stands, or walks straight ahead: where they are now [m], facing [rad], speed [m/s]."""
+    """A person who stands or walks straight ahead: position now [m], heading [rad], speed [m/s]."""
 
     x: float
     y: float
@@ -33,7 +33,7 @@ class Person(NamedTuple):
 
 
 class Thing(NamedTuple):
-    """An object: where it stands [m], heading [rad], width and depth [m]."""
+    """An object: position [m], heading [rad], width and depth [m]."""
 
     x: float
     y: float
@@ -44,12 +44,12 @@ class Thing(NamedTuple):
 
 @dataclass(frozen=True)
 class SyntheticScene:
-    """A square room centred on the origin, and how it is at the moment that is judged. People have the ids from 1 on.
+    """A square room centred on the origin, at the moment that is scored. People have the ids from 1 on.
 
     side: [m]; goal: x, y [m]
     robot: x [m], y [m], heading [rad]
-    command: forward speed [m/s] and turn rate [rad/s], obeyed for the whole window
-    interactions: pairs of ids; objects have those after the people's
+    command: forward speed [m/s] and turn rate [rad/s], constant over the whole window
+    interactions: pairs of ids; ids of objects follow those of people
     """
 
     goal: tuple[float, float]
@@ -66,7 +66,7 @@ class SyntheticScene:
         return SceneSequence(tuple(self._snapshot(float(time)) for time in times), name)
 
     def _snapshot(self, time: float) -> Snapshot:
-        """What the robot saw at a time [s] since the first snapshot."""
+        """The snapshot at a time [s] since the first one."""
         age = _DURATION - time
         robot = self._robot_pose(age)
         half = self.side / 2
@@ -102,7 +102,7 @@ class SyntheticScene:
         return np.array(self.objects, dtype=np.float64).reshape(-1, 5)[:, :3]
 
     def _motion(self, poses_at: Callable[[float], FloatArray], age: float) -> tuple[FloatArray, FloatArray]:
-        """Poses and velocities as the robot sees them; velocities are displacements over the interval before."""
+        """Poses and velocities in the robot's frame; velocities are displacements over the interval before."""
         seen = seen_from(self._robot_pose(age), poses_at(age))
         before = age + DEFAULT_INTERVAL
         return seen, (seen - seen_from(self._robot_pose(before), poses_at(before))) / DEFAULT_INTERVAL

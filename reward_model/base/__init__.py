@@ -1,4 +1,4 @@
-"""What every package of the project builds on: numba, files, arrays, angles, progress bars, commands.
+"""The basics of every package of the project: numba, files, arrays, angles, progress bars, commands.
 
-Imports nothing of ours; everybody may import it.
+Imports no other folder of the project; all of them may import it.
 """

@@ -1,4 +1,4 @@
-"""The types of arrays that the project passes around."""
+"""The project's types of arrays."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every command line of the project shares: options of dataclasses, exit statuses, errors in one line."""
+"""Shared parts of the project's command lines: options of dataclasses, exit statuses, errors in one line."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ Files = Annotated[tyro.conf.Positional[tuple[Path, ...]], tyro.conf.arg(metavar=
 
 
 class Command(Protocol):
-    """What can be run; its fields are its options and its docstring is its help."""
+    """A command; its fields are its options and its docstring is its help."""
 
     def run(self) -> int | None:
-        """Do it; returns the exit status, None for 0.
+        """Run the command; returns the exit status, None for 0.
 
-        Raises `ValueError` with a line for each problem, or `OSError`, for what the user can put right.
+        Raises `ValueError` with a line for each problem, or `OSError`, for mistakes that the user can correct.
         """
         ...
 
@@ -34,16 +34,16 @@ def run_command(
     arguments: Sequence[str] | None = None,
     description: str | None = None,
 ) -> int:
-    """Parse a command line, run the command that it asks for and return its exit status, see `exit_status`.
+    """Parse a command line, run its command and return the exit status, see `exit_status`.
 
     Args:
-        program: how the user calls it, such as `python -m reward_model`.
+        program: the call of the program, such as `python -m reward_model`.
         commands: the command, or several by their names.
         arguments: the command line without the program; the process's own where None.
-        description: what `--help` says of the program; of a single command, its docstring where None.
+        description: description of the program in `--help`; where None, that of a single command is its docstring.
 
     Raises:
-        SystemExit: after `--help` (0), and where options are not the commands' (2), which tyro has then explained.
+        SystemExit: after `--help` (0), and for invalid options (2), after tyro's explanation.
 
     """
 
@@ -59,15 +59,16 @@ def run_command(
 
 
 def exit_status(program: str, action: Callable[[], int | None]) -> int:
-    """Run what a command does and return its exit status.
+    """Run a command's action and return its exit status.
 
-    That is the action's own, 0 where it is None or nobody reads the output any more, 2 after a `ValueError` or
-    `OSError`, which stderr then holds without its traceback, and 130 after Ctrl-C. All other errors are raised.
+    The status is the action's own, 0 where it is None or the reader of the output has closed it, 2 after a
+    `ValueError` or `OSError`, which is printed on stderr without its traceback, and 130 after Ctrl-C. All other
+    errors are raised.
     """
     try:
         status = action()
         sys.stdout.flush()
-    except BrokenPipeError:  # whoever reads our output has seen enough
+    except BrokenPipeError:  # the reader of the output has closed it
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except (ValueError, OSError) as error:
@@ -96,5 +97,5 @@ def check_least(command: Command, **least: int) -> None:
 
 
 def _name(program: str) -> str:
-    """What its user calls it for short: `reward_model` for `python -m reward_model`."""
+    """The short name of a program: `reward_model` for `python -m reward_model`."""
     return program.split()[-1]

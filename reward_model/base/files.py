@@ -1,4 +1,4 @@
-"""Files that appear complete or not at all."""
+"""Atomic writing of files."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from pathlib import Path
 
 
 def replace_file(path: str | os.PathLike[str], content: bytes) -> None:
-    """Write a file under a temporary name beside its place, then move it there in one step.
+    """Write a file atomically: under a temporary name in the same folder, then renamed.
 
-    Folders on the way are made. A reader sees the old file or the new one, and an interrupted write leaves
-    the old one. Raises `OSError` that names the file where the place cannot be written.
+    Missing folders are created. A reader sees the old file or the new one; an interrupted write leaves the old one.
+    Raises `OSError` naming the file where it cannot be written.
     """
     target = Path(path)
     target.parent.mkdir(parents=True, exist_ok=True)
@@ -25,6 +25,6 @@ def replace_file(path: str | os.PathLike[str], content: bytes) -> None:
         Path(temporary).replace(target)
     except BaseException as error:
         Path(temporary).unlink(missing_ok=True)
-        if isinstance(error, OSError):  # one of a full disk names no file
+        if isinstance(error, OSError):  # the error of a full disk names no file
             raise OSError(error.errno, error.strerror, os.fspath(path)) from error
         raise

@@ -1,4 +1,4 @@
-"""Names that a package offers and that load their module when they are first asked for."""
+"""Names that load their module on first use."""
 
 from __future__ import annotations
 
@@ -8,7 +8,10 @@ from typing import Any
 
 
 def lazy_attributes(package: str, homes: Mapping[str, str]) -> Callable[[str], Any]:
-    """A package's `__getattr__` (PEP 562): the modules, named without the package, by the names that they define."""
+    """The `__getattr__` (PEP 562) of a package whose modules load on first use.
+
+    homes: the module of each name, relative to the package
+    """
 
     def attribute(name: str) -> Any:
         if name not in homes:

@@ -1,4 +1,4 @@
-"""The one door to numba: a typed `njit` for the project's numeric kernels, and calls of C functions from such."""
+"""The project's interface to numba: a typed `njit` for numeric kernels, and calls of C functions in compiled code."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ Result = TypeVar("Result")
 def njit(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
     """Compile a function of numbers and arrays to machine code, once per machine.
 
-    IEEE semantics are kept (no fast-math), so that a seed gives the same bits on every run; the compiled
-    code is cached on disk beside the module or, where that is read-only, in the user's cache folder. It lets other
-    threads run meanwhile. Numbers written out in a call are taken for any others: numba would compile the function
-    anew for each of them, and everything that it calls.
+    IEEE semantics are kept (no fast-math), so that a seed gives the same bits on every run. The compiled code is
+    cached on disk beside the module or, where that is read-only, in the user's cache folder. It releases the GIL.
+    Literal numbers in a call are treated like variables; otherwise numba would compile the function, and everything
+    that it calls, anew for each of them.
     """
     compiled: Any = numba.njit(cache=True, error_model="numpy", nogil=True)(function)
     template_of = compiled.get_call_template
@@ -33,10 +33,10 @@ def njit(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]
 
 
 def machine_code(function: Callable[Parameters, Result], *arguments: Any) -> Callable[Parameters, Result]:
-    """Call a function that `njit` made, and return what is quicker to call with arguments of the same types.
+    """Call a function made by `njit`, and return a faster callable for arguments of the same types.
 
-    At each call of the function itself the type of every argument is looked up, which for tuples of arrays takes longer
-    than many a kernel. What is returned may not look: arrays of another type would be misread.
+    The function itself looks up the type of every argument at each call, which takes longer than many kernels where
+    arguments are tuples of arrays. The returned callable may skip this: it would misread arrays of another type.
     """
     compiled: Any = function
     compiled(*arguments)
@@ -45,7 +45,7 @@ def machine_code(function: Callable[Parameters, Result], *arguments: Any) -> Cal
 
 
 def _typed_call(result: Any, arguments: Any) -> tuple[Any, Any]:
-    """What numba asks of an intrinsic: its signature and how to write a call of the function at an address."""
+    """The signature of an intrinsic, and its code generator: a call of the function at an address."""
 
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         address, *given = values
@@ -66,7 +66,7 @@ def _call_with_real(_context: Any, address: Any, pointer: Any, number: Any) -> t
 
 
 call_with_pointers = cast(Callable[[int, int, int, int], None], intrinsic(_call_with_pointers))
-"""In compiled code: call the C function at an address, `void (*)(void *, void *, void *)`. Addresses are int64."""
+"""Call the C function at an address, `void (*)(void *, void *, void *)`, in compiled code. Addresses are int64."""
 
 call_with_real = cast(Callable[[int, int, float], None], intrinsic(_call_with_real))
-"""In compiled code: call the C function at an address, `void (*)(void *, double)`."""
+"""Call the C function at an address, `void (*)(void *, double)`, in compiled code."""

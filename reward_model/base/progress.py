@@ -1,4 +1,4 @@
-"""Progress bars for whoever watches: on stderr, and only where that is a terminal."""
+"""Progress bars on stderr, shown only where that is a terminal."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ Item = TypeVar("Item")
 
 
 def progress_bars(kept: bool = False, shown: bool = True) -> Progress:
-    """Return bars that are to be added.
+    """A display without bars yet.
 
-    kept: whether they stay when all is done
-    shown: whether there are any, where somebody watches
+    kept: whether bars stay on the screen at the end
+    shown: whether bars are shown on a terminal
     """
-    console, watched_by_someone = _console()
-    return Progress(console=console, transient=not kept, disable=not (shown and watched_by_someone))
+    console, on_terminal = _console()
+    return Progress(console=console, transient=not kept, disable=not (shown and on_terminal))
 
 
 def watched(items: Sequence[Item], what: str, least: int = 0) -> Iterable[Item]:
-    """Return the same items, with a bar that says what is done to them, where there are at least so many."""
-    console, watched_by_someone = _console()
-    hidden = not watched_by_someone or len(items) < least
+    """The same items, with a progress bar labelled `what` where there are at least `least` of them."""
+    console, on_terminal = _console()
+    hidden = not on_terminal or len(items) < least
     return track(items, what, console=console, transient=True, disable=hidden)
 
 

@@ -1,4 +1,4 @@
-"""Labelled scenes: files found, read, augmented, split into parts and turned into windows to learn from.
+"""Labelled scenes: finding, reading, augmenting and splitting them, and converting them to training windows.
 
-May import what scores (`scorer`) and what that is built of.
+May import `scorer` and the folders that it imports.
 """

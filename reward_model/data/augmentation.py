@@ -1,7 +1,7 @@
-"""Augmentation of recorded scenes: copies that a person would have scored the same.
+"""Augmentation of recorded scenes: copies to which a person would give the same scores.
 
-Mirroring may be done to any scene. Turning the robot round is meant for one that drives (it then reverses along the
-same way); of a standing robot, as in SocNav1, it changes what it looks at, and with it what a person would say.
+Any scene can be mirrored. Turning the robot round is meant for a driving robot, which then reverses along the same
+path; a standing robot, as in SocNav1, then faces something else, and a person would give other scores.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from reward_model.scenes.scene import Objects, People, SceneSequence, Snapshot
 
 Entities = TypeVar("Entities", People, Objects)
 Augmentation = Literal["none", "mirror", "all", "moments"]
-"""mirror and all (the paper's) make copies that people would score the same; moments needs somebody to score them."""
+"""Copies by mirror and all (the paper's) keep the scores; windows of other moments need scores of their own."""
 
 _MIRROR_POSE = np.array([1.0, -1.0, -1.0])  # forward, left, counter-clockwise
 _TURN_POSITION = np.array([-1.0, -1.0])
@@ -32,16 +32,16 @@ _TURN_VELOCITY = np.array([-1.0, -1.0, 1.0])
 def mirrored(sequence: SceneSequence) -> SceneSequence:
     """Swap left and right in a scene, the room and the robot's command included.
 
-    Doing it twice gives the scene again. The paper's first augmentation (Bachiller et al. 2021).
+    Mirroring twice gives the scene again. The paper's first augmentation (Bachiller et al. 2021).
     """
     return _every_snapshot(sequence, _mirrored_snapshot)
 
 
 def rotated(sequence: SceneSequence) -> SceneSequence:
-    """Let the robot face the other way while everything moves as it did: driving on becomes reversing.
+    """Turn the robot by 180 degrees without changing any motion: driving forward becomes reversing.
 
-    Everything around the robot turns by 180 degrees in its frame, and its translation changes sign; the turn
-    rate is the same seen from either end. Doing it twice gives the scene again, headings up to whole turns.
+    Everything around the robot turns by 180 degrees in its frame, and its translation changes sign; its turn
+    rate stays the same. Rotating twice gives the scene again, headings up to whole turns.
     The paper's second augmentation (Bachiller et al. 2021).
     """
     return _every_snapshot(sequence, _rotated_snapshot)
@@ -49,7 +49,7 @@ def rotated(sequence: SceneSequence) -> SceneSequence:
 
 MOMENTS_APART: Final = 0.5  # s
 
-# What each augmentation that people's scores allow makes of a scene, itself first.
+# The copies of a scene by each augmentation that keeps its scores, the scene itself first.
 VARIANTS: Final = MappingProxyType[str, tuple[Callable[[SceneSequence], SceneSequence], ...]](
     {
         "none": (lambda scene: scene,),
@@ -60,22 +60,22 @@ VARIANTS: Final = MappingProxyType[str, tuple[Callable[[SceneSequence], SceneSeq
 
 
 def judged_window(sequence: SceneSequence) -> SceneSequence:
-    """The same scene without the snapshots that its window leaves out: it scores the same and is quicker to change."""
+    """The scene with the snapshots of its window alone: its scores are the same, and it is faster to augment."""
     chosen = select_window([snapshot.timestamp for snapshot in sequence])
     return replace(sequence, snapshots=tuple(sequence.snapshots[index] for index in reversed(chosen)))
 
 
 def judged_moments(sequence: SceneSequence) -> SceneSequence:
-    """The same scene without the snapshots that the windows of its `moments` leave out: they stay the same."""
+    """The scene with the snapshots of its `moments` alone, whose windows stay the same."""
     chosen = {index for window in moments([snapshot.timestamp for snapshot in sequence]) for index in window}
     return replace(sequence, snapshots=tuple(sequence.snapshots[index] for index in sorted(chosen)))
 
 
 def moments(timestamps: Sequence[float]) -> list[list[int]]:
-    """Which snapshots make the window of the last moment, and of moments up to 1.5 s before, where there are any.
+    """The windows of the last moment and of moments up to 1.5 s before it, where there are any, as indices.
 
-    timestamps: [s], oldest first, not empty. Returns windows, newest first, of snapshots newest first; they share what
-    they can.
+    timestamps: [s], oldest first, not empty. Returns windows, the last moment's first, of indices of snapshots, newest
+    first; windows share snapshots where possible.
     """
     windows = []
     for age in (0.0, MOMENTS_APART):
@@ -86,9 +86,9 @@ def moments(timestamps: Sequence[float]) -> list[list[int]]:
 
 
 class WithMirrorImages(Sequence[Sequence[FrameGraph]]):
-    """Windows, followed by their mirror images, which are made when they are asked for.
+    """Windows, followed by their mirror images, which are made on access.
 
-    In those the walls are turned, so that they run clockwise as recorders list them.
+    The walls of mirror images are reversed, so that they run clockwise as in recordings.
     """
 
     def __init__(self, windows: Sequence[Sequence[FrameGraph]]) -> None:
@@ -145,7 +145,7 @@ def _moved(entities: Entities, poses: FloatArray, velocities: FloatArray) -> Ent
 
 
 def _turned(poses: FloatArray) -> FloatArray:
-    """Turn poses in the robot's frame by 180 degrees, (num_entities, 3)."""
+    """Poses (num_entities, 3) in the frame of a robot that turned by 180 degrees."""
     return np.column_stack([poses[:, :2] * _TURN_POSITION, _opposite(poses[:, 2])])
 
 

@@ -1,9 +1,9 @@
-"""Examples on disk, so that a data set is turned into graphs only once.
+"""The cache of examples on disk, so that a data set is converted to graphs only once.
 
-An entry is a folder named after all that it depends on: the content of the files, the augmentation and the graph
-layout. Its arrays are memory-mapped, so that loading takes the time of checking them. Entries are written beside
-their place and renamed: one is there whole or not at all, and of two processes that write the same one the second
-finds it there.
+An entry is a folder named by a hash of all that it depends on: the content of the files, the augmentation and the
+graph layout. Its arrays are memory-mapped, so that loading takes no longer than checking them. Entries are written
+under a temporary name and renamed: an entry is complete or absent, and where two processes write the same one, the
+first is kept.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from reward_model.data.examples import Examples
 from reward_model.graph.features import LAYOUT_VERSION
 from reward_model.graph.frame import FrameGraph
 
-_VERSION: Final = "socnav2-examples-2"  # changes whenever files are read otherwise or an entry's arrays change
+_VERSION: Final = "socnav2-examples-2"  # changed with the way files are read and with an entry's arrays
 _INDEX_FILE: Final = "index.json"
 _NAMES_FILE: Final = "names.json"
 _OF_NODES: Final = ("features", "kinds", "keys", "lengths")
@@ -34,15 +34,15 @@ Arrays = dict[str, NDArray[Any]]
 
 
 class CacheError(ValueError):
-    """An entry of the cache is damaged. The message names it and says what to do."""
+    """An entry of the cache is damaged. The message names it and the remedy."""
 
 
 class StoredWindows(Sequence[list[FrameGraph]]):
-    """Windows as slices of a few long arrays; a window's frames are made when it is asked for.
+    """Windows as slices of a few long arrays; a window's frames are made on access.
 
-    arrays: those of `FrameGraph`, one frame after the other, where nodes and links of each frame start, `node_starts`
-        and `link_starts`, the frames of all windows, `window_frames`, and where those of each window start,
-        `window_starts`; windows may share frames
+    arrays: those of `FrameGraph`, one frame after the other; the first node and the first link of each frame,
+        `node_starts` and `link_starts`; the frames of all windows, `window_frames`, and the first of each window,
+        `window_starts`. Windows may share frames
     """
 
     def __init__(self, arrays: Arrays) -> None:
@@ -70,9 +70,9 @@ class StoredWindows(Sequence[list[FrameGraph]]):
 
 
 def cached_examples(files: tuple[Path, ...], variety: str, folder: Path, make: Callable[[], Examples]) -> Examples:
-    """The examples of some files, from the cache where they are there, else from `make` and into the cache.
+    """The examples of some files, from the cache; where it has none, from `make`, and then stored.
 
-    variety: names the augmentation, and whatever else makes other examples of the same files
+    variety: name of the augmentation, and of all else that makes other examples of the same files
 
     Raises `CacheError` where the entry is damaged.
     """
@@ -85,7 +85,7 @@ def cached_examples(files: tuple[Path, ...], variety: str, folder: Path, make: C
 
 
 def store_examples(examples: Examples, entry: Path) -> None:
-    """Write an entry, or leave the one that is there. Raises `OSError` where the place cannot be written."""
+    """Write an entry unless it exists. Raises `OSError` where it cannot be written."""
     try:
         entry.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=f".{entry.name}.", dir=entry.parent) as place:
@@ -112,14 +112,14 @@ def _write_arrays(examples: Examples, building: Path) -> None:
 
 
 def load_examples(entry: Path) -> Examples:
-    """Load an entry: its arrays are checked, then mapped into memory. Raises `CacheError` where it is damaged."""
+    """Load an entry: its arrays are mapped into memory and checked. Raises `CacheError` where it is damaged."""
     try:
         index = json.loads((entry / _INDEX_FILE).read_text())
         names = (entry / _NAMES_FILE).read_bytes()
         found = {_NAMES_FILE: zlib.crc32(names)}
         arrays: Arrays = {}
         for name in index["checksums"].keys() - found.keys():
-            # Mapped for writing into memory alone: read-only arrays would be another type to compiled code.
+            # Copy-on-write, never written: read-only arrays would be another type to compiled code.
             array = np.load(entry / name, mmap_mode="c", allow_pickle=False)
             arrays[name.removesuffix(".npy")], found[name] = array, _checksum(array)
         damaged = sorted(name for name, checksum in index["checksums"].items() if found[name] != checksum)
@@ -141,7 +141,7 @@ def _key(files: tuple[Path, ...], variety: str) -> str:
 
 def _flattened(examples: Examples) -> Arrays:
     windows = list(examples.windows)
-    places: dict[FrameGraph, int] = {}  # frames are equal where they are the same
+    places: dict[FrameGraph, int] = {}  # frames compare by identity
     window_frames = [places.setdefault(frame, len(places)) for window in windows for frame in window]
     frames = list(places)
     arrays: Arrays = {

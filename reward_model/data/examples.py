@@ -1,4 +1,4 @@
-"""Labelled sequences as windows of frames, with all that splitting, weighting and training need of them."""
+"""Labelled sequences as windows of frames, with the scores, scenes, clips and raters for splits and training."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ class DatasetError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Examples:
-    """Windows, their scores, and where they come from; augmented copies follow their original.
+    """Windows, their scores and their origin; augmented copies follow their original.
 
     windows: each one to three frames, newest first
-    scores: (num_examples, 2) Q1 and Q2 in 0..1, NaN where not asked
-    scenes: what splits keep together
-    clips: what was shown, see `Ratings`
-    raters: who scored, empty where unknown
-    variants: (num_examples,) 0 for an original, above for its augmented copies
+    scores: (num_examples, 2) Q1 and Q2 in 0..1, NaN where the question was not asked
+    scenes: name of the scene; splits keep a scene in one part
+    clips: name of the clip, see `Ratings`
+    raters: name of the rater, empty where unknown
+    variants: (num_examples,) 0 for an original, above 0 for its augmented copies
     """
 
     windows: Sequence[Sequence[FrameGraph]]
@@ -50,7 +50,7 @@ class Examples:
         return len(self.scenes)
 
     def chosen(self, indices: Iterable[int]) -> Examples:
-        """Some of the examples."""
+        """The examples at these indices."""
         rows = list(indices)
         return Examples(
             _Chosen(self.windows, rows),
@@ -66,22 +66,22 @@ class Examples:
         return self.chosen(np.flatnonzero(self.variants == 0).tolist())
 
     def ratings(self) -> Ratings:
-        """Who scored what."""
+        """The ratings of the examples."""
         return Ratings(self.clips, self.raters, self.scores.astype(np.float64))
 
     def newest(self, num_frames: int) -> Examples:
-        """The same examples with no more than so many frames, the newest."""
+        """The same examples with the newest `num_frames` frames of each window at most."""
         return replace(self, windows=_Newest(self.windows, num_frames))
 
     def labelled(self) -> LabelledWindows:
-        """Every score on its own: what to compare answers with."""
+        """All windows with their own scores, for evaluation."""
         return LabelledWindows(self.windows, self.scores)
 
     def labelled_clips(self, alike: bool) -> LabelledWindows:
-        """What to train on: each clip once, a variant at a time, with the mean of its scores.
+        """The windows for training: each variant of a clip once, with the mean of its scores.
 
         The squared error of the mean has the same gradient as the mean of the squared errors, for less work.
-        alike: clips weigh the same, however many people scored them; else scores do
+        alike: clips have equal weights, however many people scored them; else scores have
         """
         rows: dict[tuple[str, int], list[int]] = {}
         for row, key in enumerate(zip(self.clips, self.variants.tolist(), strict=True)):
@@ -95,11 +95,11 @@ class Examples:
 
 
 class _View(Sequence[Sequence[FrameGraph]], ABC):
-    """Windows made from others when they are asked for: all of them may be more than memory holds."""
+    """Windows made from others on access: all of them may exceed the memory."""
 
     @abstractmethod
     def window(self, index: int) -> Sequence[FrameGraph]:
-        """One of them."""
+        """The window at an index."""
 
     @overload
     def __getitem__(self, index: int) -> Sequence[FrameGraph]: ...
@@ -138,7 +138,7 @@ class _Newest(_View):
 
 
 def examples_of(labelled: Iterable[LabelledSequence], augmentation: Augmentation = "none") -> Examples:
-    """Make examples of labelled sequences. Raises `ScenarioError` as `sequence_frames` does."""
+    """The examples of labelled sequences. Raises `ScenarioError` as `sequence_frames` does."""
     windows: list[Sequence[FrameGraph]] = []
     scores: list[tuple[float, float]] = []
     names: list[tuple[str, str, str]] = []  # not the sequences: they take many times the memory of their frames
@@ -174,9 +174,9 @@ def _moments(sequence: SceneSequence) -> list[list[FrameGraph]]:
 
 
 def split_by_scene(examples: Examples, held_out: float, seed: int = 0) -> dict[Part, Examples]:
-    """Put every scene, with all its ratings and augmented copies, into one part.
+    """Split examples into parts; each scene, with all its ratings and augmented copies, is in one part.
 
-    A scene's part follows from its name and the seed alone: it stays where it is when others are added.
+    A scene's part depends on its name and the seed alone: it stays the same when other scenes are added.
     held_out: the share of scenes for development, and for the test. Augmented copies are for training only.
     Raises `DatasetError` where a part would be empty.
     """
@@ -187,7 +187,7 @@ def split_by_scene(examples: Examples, held_out: float, seed: int = 0) -> dict[P
 
 
 def part_of_scenes(examples: Examples, part: Part, held_out: float, seed: int = 0) -> Examples:
-    """One part of what `split_by_scene` makes, augmented copies included. Raises `DatasetError` where it is empty."""
+    """One part of `split_by_scene`, augmented copies included. Raises `DatasetError` where it is empty."""
     if not 0 < held_out < 0.5:
         raise DatasetError(f"held_out must lie between 0 and 0.5, got {held_out}")
     scenes = {scene: _part(scene, held_out, seed) == part for scene in set(examples.scenes)}
@@ -200,7 +200,7 @@ def part_of_scenes(examples: Examples, part: Part, held_out: float, seed: int = 
 
 
 def split_in_two(examples: Examples, held_out: float, seed: int = 0) -> dict[Part, Examples]:
-    """As `split_by_scene`, with the scenes of its test part trained on: for data that is tested on other data."""
+    """As `split_by_scene`, with the test part's scenes used for training: for networks tested on other data."""
     parts = split_by_scene(examples, held_out, seed)
     kept = set(parts["development"].scenes)
     rest = examples.chosen(row for row, scene in enumerate(examples.scenes) if scene not in kept)

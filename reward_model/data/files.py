@@ -1,4 +1,4 @@
-"""Where labelled scenes lie on disk: SocNav1's JSON lines, folders of SocNav2 recordings, lists of their names."""
+"""Files of labelled scenes: SocNav1's JSON lines, folders of SocNav2 recordings, lists of their names."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ RATING_FILES: Final = MappingProxyType[Part, str](
 )
 DataFiles = dict[Part | Literal["all"], tuple[Path, ...]]
 Needed = Callable[[SceneSequence], SceneSequence]
-MANIFEST: Final = "manifest.json"  # beside simulated recordings, says how they were made
-_MANY: Final = 1000  # files, from which on starting processes takes less time than they save
+MANIFEST: Final = "manifest.json"  # beside simulated recordings, with the options that made them
+_MANY: Final = 1000  # files, from which on several processes save more time than their start takes
 _TOGETHER: Final = 50  # files that a process reads at a time
-_MOST_PROBLEMS: Final = 20  # lines that one complaint has at most
+_MOST_PROBLEMS: Final = 20  # lines of one error message at most
 
 
 def find_files(path: Path) -> DataFiles:
-    """The files of a data set, by part where they are split and else under `all`.
+    """The files of a data set by part, or under `all` where they are not split.
 
     path: a `.jsonl` file of SocNav1 ratings, a `.json` recording, a `.txt` list of recordings (one name a line,
         relative to the list), or a folder: with the lists of `SPLIT_LISTS`, with the files of `RATING_FILES`, or
         with recordings or ratings that are not split
 
-    Raises `DatasetError` where there is nothing, or a list names a file that is missing or names one twice.
+    Raises `DatasetError` where no file is found, or a list names a missing file or one file twice.
     """
     if path.is_dir():
         return _find_in_folder(path)
@@ -55,10 +55,10 @@ def find_files(path: Path) -> DataFiles:
 def read_files(
     files: tuple[Path, ...], after_file: Callable[[], None] = lambda: None, needed: Needed = judged_window
 ) -> Iterator[LabelledSequence]:
-    """Read labelled scenes, file by file; of recordings what is needed, the window that is judged.
+    """Read labelled scenes, file by file; `needed` reduces recordings, by default to the window that is scored.
 
-    Many files are read by as many processes as the machine has cores (`LOKY_MAX_CPU_COUNT` says otherwise).
-    Goes on after a broken file, so that at the end one `ScenarioError` names them all, a line each.
+    Many files are read by as many processes as the machine has cores (or as `LOKY_MAX_CPU_COUNT` sets).
+    Reading continues after a broken file, so that at the end one `ScenarioError` names them all, a line each.
     """
     problems = []
     for found in _each_read(files, needed):
@@ -74,7 +74,7 @@ def read_files(
 
 
 def _each_read(files: tuple[Path, ...], needed: Needed) -> Iterator[list[LabelledSequence] | str]:
-    """What each file holds, in their order, or what is wrong with it."""
+    """The content of each file, in their order, or its error message."""
     if len(files) < _MANY:
         yield from (_read_file(path, needed) for path in files)
         return

@@ -1,4 +1,4 @@
-"""From a data set's place on disk to its examples, part by part: what training, search and evaluation start with."""
+"""Loading of a data set's examples, part by part, for training, search and evaluation."""
 
 from __future__ import annotations
 
@@ -31,18 +31,18 @@ from reward_model.scorer import load_scorer, weights_path
 
 @dataclass(frozen=True)
 class DataConfig:
-    """Which scenes to use.
+    """A data set, its split and its augmentation.
 
-    path: see `reward_model.data.files.find_files`
-    augmentation: of the training part
-    held_out: where the data is not split, the share of scenes for development, and for the test
-    split_seed: which scenes these are
-    cache: where graphs are kept for the next time, nowhere where None
-    frames: of each window, the newest; 1 is enough where nothing moves
-    teacher: weights of the network that labelled the data, if one did: it then scores augmented copies, too, as it need
-        not find a scene and its copies as good as each other; where None, a copy has its original's scores
+    path: file or folder, see `reward_model.data.files.find_files`
+    augmentation: augmentation of the training part
+    held_out: the share of scenes for development, and for the test, where the data is not split
+    split_seed: seed of that split
+    cache: folder of the cache of graphs, or None for no cache
+    frames: number of frames of each window, the newest; 1 is enough where nothing moves
+    teacher: weights of the network that labelled the data, if one did: it then scores augmented copies, too, as its
+        scores of a scene and its copies may differ; where None, a copy has its original's scores
     test: another data set, all of which is the test part; where the first is not split, its own test scenes are then
-        trained on
+        used for training
     """
 
     path: Path
@@ -62,9 +62,9 @@ class DataConfig:
 
 
 def load_parts(data: DataConfig, progress: Progress) -> dict[Part, Examples]:
-    """Read a data set and split it where it is not split.
+    """Read a data set by parts; split it where it has none.
 
-    Raises `DatasetError` and `ScenarioError` for what is wrong with it.
+    Raises `DatasetError` and `ScenarioError` where it is not valid.
     """
     files = find_files(data.path)
     for part in ("train", "development"):
@@ -110,7 +110,7 @@ def _read(
     def make() -> Examples:
         needed = judged_moments if augmentation == "moments" else judged_window
         examples = examples_of(read_files(files[part], lambda: progress.advance(bar), needed), augmentation)
-        return examples if data.teacher is None else _taught(examples, data.teacher)
+        return examples if data.teacher is None else _with_scores_of(examples, data.teacher)
 
     variety = augmentation if data.teacher is None else f"{augmentation} {_digest(data.teacher)}"
     found = make() if data.cache is None else cached_examples(files[part], variety, data.cache, make)
@@ -118,12 +118,12 @@ def _read(
     return found if data.frames == NUM_FRAMES else found.newest(data.frames)
 
 
-def _taught(examples: Examples, teacher: str) -> Examples:
+def _with_scores_of(examples: Examples, teacher: str) -> Examples:
     """The examples with the teacher's scores of augmented copies, for the questions that were asked."""
     copies = np.flatnonzero(examples.variants > 0)
     scores = examples.scores.copy()
-    answers = load_scorer(teacher).score_windows(examples.chosen(copies.tolist()).windows).clip(0, 1)
-    scores[copies] = np.where(np.isnan(scores[copies]), np.nan, answers)
+    predictions = load_scorer(teacher).score_windows(examples.chosen(copies.tolist()).windows).clip(0, 1)
+    scores[copies] = np.where(np.isnan(scores[copies]), np.nan, predictions)
     return replace(examples, scores=scores)
 
 

@@ -1,4 +1,4 @@
-"""Trained networks in compiled code: windows of frames in, scores out. README.md says how it works.
+"""Trained networks in compiled code, from windows of frames to scores; described in README.md.
 
 May import `base`, `scenes`, `graph` and `networks`. The only place with compiled kernels of networks.
 """

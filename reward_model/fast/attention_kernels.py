@@ -23,8 +23,8 @@ _NUM_FEATURES = tuple(map(len, FEATURES))
 class AttentionNetwork(NamedTuple):
     """A GAT, ready for compiled code.
 
-    weights: all layers' arrays one after the other
-    shapes: (num_layers, 5) where each layer's begin and how large they are, as `gat_layer_at` reads it
+    weights: the concatenated arrays of all layers
+    shapes: (num_layers, 5) the offset and sizes of each layer's arrays, as `gat_layer_at` reads them
     """
 
     weights: Float32Array
@@ -34,10 +34,10 @@ class AttentionNetwork(NamedTuple):
 class GATLayer(NamedTuple):
     """One layer's arrays.
 
-    matrices: (kinds * in, width) by kind of node in the first layer, else the same for all (kinds = 1); what each head
-        sends, side by side, then the sender's term of each head's attention (a_l), the receiver's (a_r), and padding
+    matrices: (kinds * in, width) by kind of node in the first layer, else the same for all (kinds = 1); the heads'
+        messages side by side, then the sender's term of each head's attention (a_l), the receiver's (a_r), and padding
     bias: (heads * out,)
-    heads, outputs: of each head
+    heads, outputs: number of heads, and of outputs of each head
     slope: of the attention's leaky ReLU
     """
 
@@ -49,7 +49,7 @@ class GATLayer(NamedTuple):
 
 
 class _Incoming(NamedTuple):
-    """Edges by target: `starts` (num_nodes + 1,) of each node's, `sources` (num_edges,) where they come from."""
+    """Edges by target: `starts` (num_nodes + 1,) the first edge of each node, `sources` (num_edges,) source nodes."""
 
     starts: IntArray
     sources: IntArray
@@ -66,7 +66,7 @@ def score_by_attention(stack: Stack, scores: Float32Array, network: AttentionNet
     for index in range(last + 1):
         layer = gat_layer_at(network.weights, network.shapes[index])
         projected = _project_features(nodes, layer, hidden) if index == 0 else _project(layer, hidden)
-        # What still reaches the newest rooms: all nodes of so many frames, and the rooms of the next one.
+        # Nodes that still reach the newest rooms: all nodes of the newest frames, and the rooms of the next one.
         num_sections = min((last - index) * NUM_KINDS + 1, NUM_FRAMES * NUM_KINDS)
         num_nodes = nodes.starts[num_sections * num_windows]
         hidden = _aggregate(incoming, layer, projected, _attention(incoming, layer, projected, num_nodes), num_nodes)
@@ -74,15 +74,15 @@ def score_by_attention(stack: Stack, scores: Float32Array, network: AttentionNet
             apply_elu(hidden)
     for window in range(num_windows):
         for column in range(layer.outputs):
-            answer = np.float32(0)
+            mean = np.float32(0)
             for head in range(layer.heads):
-                answer += hidden[window, head * layer.outputs + column] / np.float32(layer.heads)
-            scores[window, column] = max(answer, np.float32(0))
+                mean += hidden[window, head * layer.outputs + column] / np.float32(layer.heads)
+            scores[window, column] = max(mean, np.float32(0))
 
 
 @njit
 def gat_layer_at(weights: Float32Array, shape: IntArray) -> GATLayer:
-    """Find a layer's arrays again; shape: where they begin, rows and columns of the matrices, heads, outputs."""
+    """Views of a layer's arrays; shape: their offset, rows and columns of the matrices, heads, outputs."""
     start, rows, columns, heads, outputs = shape[0], shape[1], shape[2], shape[3], shape[4]
     bias = start + rows * columns
     slope = bias + heads * outputs
@@ -92,9 +92,9 @@ def gat_layer_at(weights: Float32Array, shape: IntArray) -> GATLayer:
 
 @njit
 def _incoming(nodes: Nodes, edges: Edges) -> _Incoming:
-    """Every edge, each node's own and those through time included."""
+    """All edges by target, self edges and temporal edges included."""
     num_nodes = len(nodes.newer)
-    starts = np.zeros(num_nodes + 2, dtype=np.int64)  # each node's place is counted one further on, then moved along
+    starts = np.zeros(num_nodes + 2, dtype=np.int64)  # one place further on until all sources are in
     for node in range(num_nodes):
         starts[node + 2] = 1 + (nodes.newer[node] >= 0) + (nodes.older[node] >= 0)
     first_one_to_many = edges.bounds[NUM_MANY_TO_ONE, 0]
@@ -141,7 +141,7 @@ def _project(layer: GATLayer, hidden: Float32Array) -> Float32Array:
 
 @njit
 def _attention(incoming: _Incoming, layer: GATLayer, projected: Float32Array, num_nodes: int) -> Float32Array:
-    """(num_edges, heads) the attention to each of the first nodes' incoming edges: 1 in sum over a node's."""
+    """Attention (num_edges, heads) to the first nodes' incoming edges; it sums to 1 over the edges of a node."""
     heads, slope = layer.heads, layer.slope
     from_column = heads * layer.outputs
     to_column = from_column + heads
@@ -173,14 +173,14 @@ def _attention(incoming: _Incoming, layer: GATLayer, projected: Float32Array, nu
 def _aggregate(
     incoming: _Incoming, layer: GATLayer, projected: Float32Array, attention: Float32Array, num_nodes: int
 ) -> Float32Array:
-    """(num_nodes, heads * out) the sums of messages, weighted by attention, plus the bias."""
+    """Aggregated messages (num_nodes, heads * out): sums weighted by attention, plus the bias."""
     outputs = layer.outputs
     aggregated = np.empty((num_nodes, layer.heads * outputs), dtype=np.float32)
     for node in range(num_nodes):
         aggregated[node] = layer.bias
         row = aggregated[node]
         for edge in range(incoming.starts[node], incoming.starts[node + 1]):
-            messages = projected[incoming.sources[edge]]  # views, since indices of the matrices take four times as long
+            messages = projected[incoming.sources[edge]]  # views, since indexing the matrices takes four times as long
             for head in range(layer.heads):
                 weight, first, last = attention[edge, head], head * outputs, (head + 1) * outputs
                 of_head, of_row = messages[first:last], row[first:last]

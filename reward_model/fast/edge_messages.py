@@ -24,11 +24,11 @@ _ONE: Final = np.float32(1.0)
 
 
 class EdgeMatrices(NamedTuple):
-    """The matrix of each edge: a sum, with coefficients, of a few of its relation's matrices that stand side by side.
+    """The matrix of each edge: a sum, with coefficients, of a few consecutive matrices of its relation.
 
     first: (num_edges,) the first of the relation's matrices in the sum
-    coefficients: (num_edges, width) of it and of those that follow
-    used: (num_groups, rank) whether a group's edges need a matrix
+    coefficients: (num_edges, width) of this matrix and of the following ones
+    used: (num_groups, rank) whether a group's edges use a matrix
     """
 
     first: IntArray
@@ -79,7 +79,7 @@ def relation_means(edges: Edges, num_nodes: int) -> EdgeMatrices:
 
 @njit
 def _last_knot(knots: Float32Array, length: float) -> int:
-    """The last knot that is not beyond a length, the table's very last one excepted."""
+    """The index of the last knot that is not beyond a length, the table's last knot excepted."""
     first, count = 0, len(knots) - 1
     while count > 1:
         half = count // 2
@@ -124,7 +124,7 @@ def _aggregate(
     aggregated: Float32Array,
     row: int,
 ) -> None:
-    """Add the features of a group's senders to the rows of the matrices that will multiply them, from `row` on."""
+    """Add the features of a group's senders to the rows of `aggregated`, one for each matrix, from `row` on."""
     edge, end, width = edges.starts[group], edges.starts[group + 1], len(transposed)
     while edge < end:
         run, matrix = _run_length(edges.others, edge_matrices.first, edge, end), row + edge_matrices.first[edge]
@@ -176,7 +176,7 @@ def _scatter(
 
 @njit
 def _run_length(others: IntArray, first_matrices: IntArray, edge: int, end: int) -> int:
-    """The number of edges from one on that have the same matrices and, at their other ends, consecutive nodes."""
+    """The number of edges, from `edge` on, with the same matrices and with consecutive nodes at their other ends."""
     last = edge + 1
     while last < end and others[last] == others[last - 1] + 1 and first_matrices[last] == first_matrices[edge]:
         last += 1
@@ -195,9 +195,9 @@ def _multiply(
     target_rows: IntArray,
     target_step: int,
 ) -> None:
-    """Add to rows of `target` the products of rows of `source` with those of a relation's matrices that are used.
+    """Add the products of rows of `source` with the used matrices of a relation to rows of `target`.
 
-    Each group of edges has a row in either; a step of 1 means that the group's next matrix has the next row.
+    Each group of edges has a row in both; with a step of 1, the group's next matrix has the next row.
     """
     inputs, outputs = source.shape[1], target.shape[1]
     factors, groups = np.empty((len(used), inputs), dtype=np.float32), np.empty(len(used), dtype=np.int64)

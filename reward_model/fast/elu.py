@@ -1,4 +1,4 @@
-"""ELU in compiled code, the fused networks' only function that is not a sum or a product."""
+"""ELU in compiled code, the fused networks' only function besides sums and products."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from reward_model.base.arrays import Float32Array
 from reward_model.base.numba import njit
 
-_LOWEST: Final = np.float32(-16.0)  # below it exp is nothing beside 1
+_LOWEST: Final = np.float32(-16.0)  # below it, exp(x) does not change a sum with 1
 _DOUBLINGS: Final = 6
 _SCALE: Final = np.float32(1 / 2**_DOUBLINGS)
 _TAYLOR: Final = tuple(np.float32(1 / math.factorial(power)) for power in range(1, 8))  # of expm1
@@ -19,9 +19,9 @@ _TWO: Final = np.float32(2.0)
 
 @njit
 def apply_elu(hidden: Float32Array) -> None:
-    """ELU, exp(x) - 1 below 0, by its Taylor series near 0 and exp(2x) - 1 = (exp(x) - 1) (exp(x) - 1 + 2).
+    """ELU in place: exp(x) - 1 below 0, by its Taylor series near 0 and exp(2x) - 1 = (exp(x) - 1) (exp(x) - 1 + 2).
 
-    Without a call in it, the loop handles several numbers at once; the library's expm1 takes a third of all time.
+    Without calls, the loop is vectorised; the library's expm1 would take a third of the whole time.
     """
     flat = hidden.reshape(-1)
     for place in range(len(flat)):

@@ -1,8 +1,8 @@
-"""Windows through a network in compiled code: what an environment's step waits for.
+"""Scoring of windows by a network in compiled code, within an environment's step.
 
 An MPNN's arithmetic is that of `reward_model.networks.factorised_mpnn` without padding and without a framework between
-the products. A few windows go through each layer together, so that its matrices are fetched once for all of them;
-`reward_model.fast.matmul` sees to it that a window's answer does not depend on the others.
+the products. A few windows pass each layer as a batch, so that its matrices are loaded once for all of them;
+`reward_model.fast.matmul` ensures that a window's scores do not depend on the others.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from reward_model.fast.grouped_window import stack_windows
 from reward_model.fast.relational_kernels import KERNELS, FlatNetwork
 from reward_model.graph.frame import FrameGraph
 
-_TOGETHER: Final = 8  # windows that go through the layers together; what they need stays in a core's own cache
-_LEAST_SHARE: Final = 4  # windows that are worth a thread of their own
+_TOGETHER: Final = 8  # windows of a batch, whose data fits into a core's own cache
+_LEAST_SHARE: Final = 4  # windows for which a thread of their own pays
 
 
 class FusedNetwork:
     """A network turned into flat arrays, ready to score windows on the CPU.
 
-    It uses as many threads as PyTorch is set to. An answer depends on its window alone, to the last bit.
+    It uses as many threads as PyTorch is set to. Scores depend on their window alone, to the last bit.
     """
 
     def __init__(self, network: FlatNetwork) -> None:
@@ -37,7 +37,7 @@ class FusedNetwork:
         self._score_windows = KERNELS[type(network)]
 
     def __call__(self, windows: Sequence[Sequence[FrameGraph]]) -> Float32Array:
-        """(num_windows, 2) the scores of windows of up to three frames, newest first."""
+        """Scores (num_windows, 2) of windows of up to three frames, newest first."""
         scores = np.empty((len(windows), 2), dtype=np.float32)
         num_shares = min(torch.get_num_threads(), len(windows) // _LEAST_SHARE)
         if num_shares <= 1:
@@ -63,4 +63,4 @@ def _threads(count: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(count, thread_name_prefix="scorer")
 
 
-os.register_at_fork(after_in_child=_threads.cache_clear)  # threads do not come along into a forked process
+os.register_at_fork(after_in_child=_threads.cache_clear)  # a forked process does not have its parent's threads

@@ -1,8 +1,8 @@
-"""Windows of frames as flat arrays, the way compiled code reads them: nodes by kind, edges in groups.
+"""Windows of frames as flat arrays for compiled code: nodes sorted by kind, edges in groups.
 
-Nodes stand together by their frame's place in its window, then by kind, then by window. So the rows that are multiplied
-with one matrix are consecutive, and the nodes that later layers leave out stand at the end. Edges that have a length
-stand in groups of one relation and one centre: the receiver of a many-to-one group, the sender of a one-to-many group.
+Nodes are sorted by their frame's place in its window, then by kind, then by window. So the rows that are multiplied
+with one matrix are consecutive, and the nodes that later layers leave out are at the end. Edges that have a length
+are in groups of one relation and one centre: the receiver of a many-to-one group, the sender of a one-to-many group.
 """
 
 from __future__ import annotations
@@ -42,10 +42,10 @@ _PLACE_OF_RELATION: Final = np.array([GROUPED.index(each) if each in GROUPED els
 
 
 class Stack(NamedTuple):
-    """Several windows' frames, packed, one after the other.
+    """The packed frames of several windows, one after the other.
 
     words: see `reward_model.graph.packing`
-    sizes: (num_windows,) how many frames each window has
+    sizes: (num_windows,) number of frames of each window
     """
 
     words: Int32Array
@@ -57,8 +57,8 @@ class Nodes(NamedTuple):
 
     features: (num_nodes, 16) those in `FEATURES` of the node's kind, padded with zeros
     starts: (3 * 5 * num_windows + 1,) the first node of each place in the window, kind (as in KINDS) and window
-    newer, older: (num_nodes,) the same thing's node in the next newer and the next older frame, -1 where there is none
-    inverse_degrees: (num_nodes,) one over the number of edges into each node, its own included
+    newer, older: (num_nodes,) the same entity's node in the next newer and the next older frame, -1 where there is none
+    inverse_degrees: (num_nodes,) one over the number of edges into each node, its self edge included
     """
 
     features: Float32Array
@@ -75,7 +75,7 @@ class Edges(NamedTuple):
     lengths: (num_edges,) of the edges
     centres: (num_groups,)
     starts: (num_groups + 1,) the first edge of each group
-    bounds: (13, 4) of each relation in `GROUPED`, the first group at each place in the window, and where they end
+    bounds: (13, 4) the first group of each relation in `GROUPED` at each place in the window, and their end
     """
 
     others: IntArray
@@ -86,14 +86,14 @@ class Edges(NamedTuple):
 
 
 def stack_windows(windows: Sequence[Sequence[FrameGraph]]) -> Stack:
-    """Join the frames of windows, newest first."""
+    """Concatenate the frames of windows, newest first."""
     words = [frame.words for window in windows for frame in window]
     return Stack(np.concatenate(words), np.array([len(window) for window in windows]))
 
 
 @njit
 def flat_windows(stack: Stack) -> tuple[Nodes, Edges]:
-    """Sort the nodes and put the edges into groups."""
+    """Sort the nodes and group the edges of windows."""
     frames = _frame_places(stack)
     starts, places = _node_places(stack, frames)
     newer, older = _neighbours(stack, frames, places)
@@ -104,7 +104,7 @@ def flat_windows(stack: Stack) -> tuple[Nodes, Edges]:
 
 @njit
 def _frame_places(stack: Stack) -> IntArray:
-    """(3, num_windows, 2) by place and window: where a frame's words start and its first node's number, else -1."""
+    """First word and first node of each frame, by place and window, (3, num_windows, 2); -1 where there is none."""
     places = np.full((NUM_FRAMES, len(stack.sizes), 2), -1, dtype=np.int64)
     start, node = 0, 0
     for window in range(len(stack.sizes)):
@@ -116,7 +116,7 @@ def _frame_places(stack: Stack) -> IntArray:
 
 @njit
 def _node_places(stack: Stack, frames: IntArray) -> tuple[IntArray, IntArray]:
-    """Where each section starts, and where each of the stack's nodes goes."""
+    """The first node of each section, and the sorted place of each of the stack's nodes."""
     num_windows = len(stack.sizes)
     starts = np.zeros(NUM_FRAMES * NUM_KINDS * num_windows + 1, dtype=np.int64)
     num_nodes = 0
@@ -144,7 +144,7 @@ def _node_places(stack: Stack, frames: IntArray) -> tuple[IntArray, IntArray]:
 
 @njit
 def _features(stack: Stack, frames: IntArray, places: IntArray) -> tuple[Float32Array, Float32Array]:
-    """Features and the lengths of room edges, by place."""
+    """Features and the lengths of room edges, by sorted place."""
     features, lengths = np.empty((len(places), NUM_PACKED), np.float32), np.empty(len(places), np.float32)
     numbers = stack.words.view(np.float32)
     for window in range(len(stack.sizes)):
@@ -189,7 +189,7 @@ def _match(
     newer: IntArray,
     older: IntArray,
 ) -> None:
-    """Find each key of a frame among those of the next older one, most often at the same place."""
+    """Find each key of a frame among those of the next older one, most often at the same index."""
     for index in range(len(first)):
         other = index
         if index >= len(second) or second[index] != first[index]:
@@ -203,7 +203,7 @@ def _match(
 
 @njit
 def _edges(stack: Stack, frames: IntArray, starts: IntArray, places: IntArray, lengths: Float32Array) -> Edges:
-    """Every node has an edge to its room and one back; the others are the stack's links."""
+    """All edges with a length: every node's edges to and from its room, and the stack's links."""
     count = 2 * len(places) + len(stack.words) // 4  # at most: a link takes four words
     edges = Edges(
         np.empty(count, dtype=np.int64),
@@ -238,7 +238,7 @@ def _edges(stack: Stack, frames: IntArray, starts: IntArray, places: IntArray, l
 def _add_room_edges(
     edges: Edges, group: int, edge: int, starts: IntArray, lengths: Float32Array, room: int, ahead: int
 ) -> tuple[int, int]:
-    """One group, of all nodes of one kind; `ahead`: sections from the room's to theirs."""
+    """Add the group of all nodes of one kind; `ahead`: sections from the room's to theirs."""
     first, last = starts[room + ahead], starts[room + ahead + 1]
     if first == last:
         return group, edge
@@ -253,7 +253,7 @@ def _add_room_edges(
 def _add_links(
     edges: Edges, group: int, edge: int, stack: Stack, start: int, places: IntArray, first: int, relation: int
 ) -> tuple[int, int]:
-    """A frame's links of one relation, a new group for each centre other than the last one's; `first`: its node."""
+    """Add a frame's links of one relation, a new group where the centre changes; `first`: the frame's first node."""
     words, at, last_centre = stack.words, offsets(stack.words, start), -1
     for link in range(words[start + 1]):
         if _PLACE_OF_RELATION[words[at.link_relations + link]] != relation:
@@ -270,7 +270,7 @@ def _add_links(
 
 @njit
 def _inverse_degrees(newer: IntArray, older: IntArray, edges: Edges) -> Float32Array:
-    degrees = np.ones(len(newer), dtype=np.float32)  # a node's edge to itself
+    degrees = np.ones(len(newer), dtype=np.float32)  # the self edge
     for node in range(len(degrees)):
         degrees[node] += (newer[node] >= 0) + (older[node] >= 0)
     first_one_to_many = edges.bounds[NUM_MANY_TO_ONE, 0]

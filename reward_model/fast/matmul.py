@@ -1,9 +1,9 @@
 """Small matrix products at the speed of a processor's vector units, for compiled code.
 
-numba leaves a product of three loops scalar, or fetches every sum from memory at each step; BLAS is fast, but has
-threads of its own and sums in an order that depends on how many rows there are. Here a tile of the result stays in
-registers while one loop runs over what is summed. Every element is summed in that order, each product added to it with
-one rounding (a fused multiply-add of IEEE 754), so it depends on its row and its column alone, on every processor.
+numba does not vectorise a product of three loops, or loads every sum from memory at each step; BLAS is fast, but has
+threads of its own and an order of summation that depends on the number of rows. Here a tile of the result stays in
+registers during the loop over the inner dimension. Every element is summed in that order, with one rounding for each
+product (a fused multiply-add of IEEE 754), so it depends on its row and its column alone, on every processor.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from reward_model.base.numba import njit
 
 LANES: Final = 8  # numbers in a vector: the widths of matrices are multiples of it
 
-# Rows of tiles by how many vectors wide they are, the tallest first: as many as 16 registers hold beside the factors.
+# Heights of tiles by their width in vectors, the tallest first: as many as 16 registers hold beside the factors.
 _HEIGHTS: Final = {1: (8, 4, 2, 1), 2: (6, 5, 4, 3, 2, 1), 3: (4, 3, 2, 1)}
 
 _BYTE: Final = ir.IntType(8)
@@ -34,7 +34,7 @@ _AddColumns = Callable[[Float32Array, int, int, Float32Array, int, Float32Array,
 
 
 class _Matrix:
-    """A numba array of two dimensions in code that is being written."""
+    """A numba array of two dimensions in generated code."""
 
     def __init__(self, builder: Any, array: Any) -> None:
         self._builder = builder
@@ -42,14 +42,14 @@ class _Matrix:
         self._strides = [builder.extract_value(array.strides, axis) for axis in range(2)]
 
     def place(self, row: Any, column: Any, kind: Any) -> Any:
-        """The address of an element, as that of a number or of a vector."""
+        """The address of an element, as a pointer to a number or to a vector."""
         multiply, add = self._builder.mul, self._builder.add
         offset = add(multiply(row, self._strides[0]), multiply(column, self._strides[1]))
         return self._builder.bitcast(self._builder.gep(self._start, [offset]), kind.as_pointer())
 
 
 class _Product(NamedTuple):
-    """The operands of a product in code that is being written; see `add_product`."""
+    """The operands of a product in generated code; see `add_product`."""
 
     left: _Matrix
     left_row: Any
@@ -64,7 +64,7 @@ class _Product(NamedTuple):
 
 
 def _columns_adder(vectors: int) -> _AddColumns:
-    """A function of compiled code that adds so many vectors of columns of a product.
+    """A function for compiled code that adds `vectors` vectors of columns of a product.
 
     Its arguments are those of `add_product`, with the first column before the number of rows. The rows are covered by
     the tallest tiles as often as they fit, and then by each lower one once at most.
@@ -106,7 +106,7 @@ def _add_column_of_tiles(builder: Any, product: _Product, vectors: int) -> None:
 
 
 def _add_tile(builder: Any, product: _Product, first_row: Any, height: int, vectors: int) -> None:
-    """Add the part of a product that is so many rows high, from a row on, and so many vectors wide."""
+    """Add a tile of a product: `height` rows from `first_row` on, `vectors` vectors wide."""
     left_rows, out_rows = (
         [builder.add(builder.add(start, first_row), _OFFSET(row)) for row in range(height)]
         for start in (product.left_row, product.out_row)
@@ -147,11 +147,11 @@ def add_product(
     rows: int,
     inner: int,
 ) -> None:
-    """Add the product of two matrices' parts to a part of a third, all of them of whole arrays: views take their time.
+    """Add the product of parts of two matrices to a part of a third; views would take time, so arrays are whole.
 
-    The parts are `rows` by `inner` of `left`, from a row and a column on, `inner` rows of `right` and `rows` of `out`,
-    all columns of it. That many is a multiple of `LANES`; `right` may have more. In `right` and `out` a row's elements
-    stand side by side.
+    The parts are `rows` by `inner` elements of `left`, from a row and a column on, `inner` rows of `right` and `rows`
+    rows of `out`, with all columns of `out`. Their number is a multiple of `LANES`; `right` may have more. Rows of
+    `right` and `out` are contiguous.
     """
     columns, column = out.shape[1], 0
     while columns - column > 4 * LANES or columns - column == 3 * LANES:

@@ -47,7 +47,7 @@ def score_by_relation(stack: Stack, scores: Float32Array, network: RelationalNet
         edge_matrices = find_edge_matrices(layer_at(weights, shapes[0]), edges, min(NUM_FRAMES, last))
     for index in range(last + 1):
         layer = layer_at(weights, shapes[index])
-        # What still reaches the newest rooms in the layers left: all nodes of so many frames, and the next one's rooms.
+        # Nodes that still reach the newest rooms: all nodes of the newest frames, and the rooms of the next one.
         num_full_frames = min(NUM_FRAMES, last - index)
         if index > 0 and shapes[index, 7] == 0:
             edge_matrices = find_edge_matrices(layer, edges, num_full_frames)
@@ -73,7 +73,7 @@ def _all_nodes(
     num_full_frames: int,
     scales: Float32Array,
 ) -> Float32Array:
-    """One layer for all nodes of so many frames, and for the rooms of the next; `scales`: factor of each node's sum."""
+    """One layer for all nodes of the newest frames and the rooms of the next; `scales`: factor of each node's sum."""
     num_windows = (len(nodes.starts) - 1) // (NUM_FRAMES * NUM_KINDS)
     num_sections = min(num_full_frames * NUM_KINDS + 1, NUM_FRAMES * NUM_KINDS)
     out = np.zeros((nodes.starts[num_sections * num_windows], layer.bias.shape[0]), dtype=np.float32)
@@ -109,7 +109,7 @@ def _add_neighbours(
     last: int,
     inner: int,
 ) -> None:
-    """Add the messages of nodes to themselves in another frame; `matrix`: the row where the matrix begins."""
+    """Add the messages along temporal edges; `matrix`: the first row of their matrix."""
     while first < last:
         run = _run_length(places, first, last)
         if places[first] >= 0:
@@ -119,7 +119,7 @@ def _add_neighbours(
 
 @njit
 def _run_length(places: IntArray, first: int, last: int) -> int:
-    """The number of places from the first on that are consecutive."""
+    """The number of consecutive places from the first on."""
     end = first + 1
     while end < last and places[end] == places[end - 1] + 1:
         end += 1

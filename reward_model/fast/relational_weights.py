@@ -1,6 +1,6 @@
-"""A network as one flat array, which compiled code takes apart again; here that of networks with matrices by relation.
+"""The weights of networks with matrices by relation as one flat array, from which compiled code takes its views.
 
-Handing arrays to compiled code takes time, array by array, and a network has dozens. All widths are padded with zeros
+Passing arrays to compiled code takes time for each of them, and a network has dozens. All widths are padded with zeros
 to multiples of `LANES`, and the first layer's matrices have rows for those features alone that a kind of node has.
 """
 
@@ -40,8 +40,8 @@ _SOURCE_KINDS: Final = {
 class RelationalNetwork(NamedTuple):
     """An MPNN or an R-GCN, ready for compiled code.
 
-    weights: all layers' arrays one after the other
-    shapes: (num_layers, 8) where each layer's begin and how large they are, as `layer_at` reads it; the last says
+    weights: the concatenated arrays of all layers
+    shapes: (num_layers, 8) the offset and sizes of each layer's arrays, as `layer_at` reads them; the last column is
         whether its tables are those of the layer before
     by_relation: whether a node averages its messages over the edges of each relation, as in an R-GCN, or over all edges
     """
@@ -52,11 +52,11 @@ class RelationalNetwork(NamedTuple):
 
 
 class Layer(NamedTuple):
-    """One layer's arrays, laid out for the products they are in.
+    """One layer's arrays, laid out for matrix products.
 
     plain: (kinds * 5 * in, out) by kind of node, in the first layer, else the same for all (kinds = 1)
     measured: (13 * rank * in, out) by `GROUPED`
-    rank: matrices a relation has
+    rank: number of matrices of a relation
     knots: (13, num_knots)
     tables: (13, num_knots, rank), or (13, num_knots, 0) where there is a matrix for each knot
     bias: (out,)
@@ -71,7 +71,7 @@ class Layer(NamedTuple):
 
 
 def flat_layers(operators: Sequence[LayerOperators], by_relation: bool = False) -> RelationalNetwork:
-    """Bring the operators of an MPNN, or of an R-GCN whose `basis` has one matrix a relation, into that form."""
+    """Flatten the operators of an MPNN, or of an R-GCN whose `basis` has one matrix a relation."""
     layers = [_layer_arrays(layer, first=index == 0) for index, layer in enumerate(operators)]
     parts = [(layer.plain, layer.measured, layer.knots, layer.tables, layer.bias) for layer in layers]
     sizes = [sum(part.size for part in arrays) for arrays in parts]
@@ -83,7 +83,7 @@ def flat_layers(operators: Sequence[LayerOperators], by_relation: bool = False) 
 
 @njit
 def layer_at(weights: Float32Array, shape: IntArray) -> Layer:
-    """Find a layer's arrays again."""
+    """Views of a layer's arrays."""
     start, kinds, inputs, outputs = shape[0], shape[1], shape[2], shape[3]
     rank, knots, columns = shape[4], shape[5], shape[6]
     measured = start + kinds * NUM_PLAIN * inputs * outputs
@@ -134,7 +134,7 @@ def _padded(array: NDArray[np.float32]) -> Float32Array:
 
 
 def _rows(matrices: Float32Array, kind: NodeKind, first: bool) -> Float32Array:
-    """(n, in, out) with the rows that a kind's features need in the first layer, else as many as there are columns."""
+    """Matrices (n, in, out) with the rows of a kind's features in the first layer, else with rows padded to `LANES`."""
     if not first:
         return np.pad(matrices, ((0, 0), (0, -matrices.shape[1] % LANES), (0, 0)))
     rows = matrices[:, list(FEATURES[KINDS.index(kind)])]

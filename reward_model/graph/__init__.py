@@ -1,6 +1,6 @@
-"""A scene's last three seconds as a graph, as the published network reads it.
+"""Graphs of a scene's last three seconds, in the layout of the published network.
 
-May import `base` and `scenes`. Modules load when one of their names is first asked for.
+May import `base` and `scenes`. Modules load when one of their names is first used.
 """
 
 from __future__ import annotations

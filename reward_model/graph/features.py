@@ -1,8 +1,8 @@
-"""The layout of the graph that the published network reads: nodes' kinds and features, edges' relations.
+"""The layout of the published network's graph: kinds and features of nodes, relations of edges.
 
 One table names the features in the order of Bachiller et al.'s released network; all columns follow from it. Their
 conventions are those of its training data: x to the right, y forward, clockwise angles, displacements for velocities,
-decametres. Nothing outside this folder needs to know them.
+decametres. Code outside this folder does not depend on them.
 """
 
 from __future__ import annotations
@@ -12,14 +12,14 @@ from typing import Final
 
 import numpy as np
 
-LAYOUT_VERSION: Final = "socnav2-graph-1"  # changes whenever a feature or an edge does
+LAYOUT_VERSION: Final = "socnav2-graph-1"  # changed with every change of a feature or an edge
 
 NUM_FRAMES: Final = 3
 FRAME_SPACING: Final = 1.0  # s between the frames of a window, at least
 
 
 class NodeKind(IntEnum):
-    """What a node stands for; the value is its place in the type one-hot."""
+    """The kind of a node; the value is its place in the type one-hot."""
 
     PERSON = 0
     OBJECT = 1
@@ -29,7 +29,7 @@ class NodeKind(IntEnum):
 
 
 class Relation(IntEnum):
-    """What an edge means, source first. The value is its place in the relation one-hot."""
+    """The relation of an edge, source first; the value is its place in the relation one-hot."""
 
     GOAL_ROOM = 0
     OBJECT_PERSON = 1
@@ -53,7 +53,7 @@ class Relation(IntEnum):
 
 NUM_RELATIONS: Final = len(Relation)
 
-# (num_kinds,) the relation of the edge between the room and a node, by the node's kind; none to itself
+# (num_kinds,) the relation of the edge between the room and a node, by the node's kind; -1 for the room itself
 TO_ROOM: Final = np.array(
     [Relation.PERSON_ROOM, Relation.OBJECT_ROOM, -1, Relation.WALL_ROOM, Relation.GOAL_ROOM], dtype=np.int32
 )
@@ -76,7 +76,7 @@ _BLOCKS: Final = (
     (NodeKind.GOAL, ("x", "y", *_DISTANCE)),
 )
 # Features that change sign when left and right are swapped: positions and velocities along x, angles (a facing
-# direction is (cos a, -sin a) in (right, forward), a wall's (sin o, cos o)), and what turns.
+# direction is (cos a, -sin a) in (right, forward), a wall's (sin o, cos o)), and turn rates.
 _ODD: Final = {"x", "vx", "va", "cos a", "turn", "sin o"}
 
 TIME_FEATURES: Final = len(NodeKind)  # the first of three: now, 1 s ago, 2 s ago
@@ -85,7 +85,7 @@ _NAMED: Final = tuple((kind, name) for kind, names in _BLOCKS for name in names)
 NUM_NODE_FEATURES: Final = _FIRST_OWN + len(_NAMED)
 
 OWN: Final = 1 + NUM_FRAMES
-"""Of the columns of a kind, the first that is the kind's own; before it stand the kind and the place in the window."""
+"""The place of a kind's first own feature among its columns, after the type and the place in the window."""
 
 COLUMNS: Final = tuple(
     (
@@ -95,10 +95,10 @@ COLUMNS: Final = tuple(
     )
     for kind in NodeKind
 )
-"""For each `NodeKind`, the features that nodes of this kind can have: the others are 0."""
+"""The features that nodes of each `NodeKind` can have; their others are 0."""
 
 MIRROR_SIGNS: Final = np.ones(NUM_NODE_FEATURES, dtype=np.float32)
-"""(42,) -1 for the features that change sign when left and right are swapped, else 1."""
+"""Signs (42,) under mirroring: -1 for the features that change sign when left and right are swapped, else 1."""
 MIRROR_SIGNS[[_FIRST_OWN + place for place, (_, name) in enumerate(_NAMED) if name in _ODD]] = -1
 MIRROR_SIGNS.setflags(write=False)
 

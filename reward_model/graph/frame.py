@@ -1,4 +1,4 @@
-"""One snapshot of a scene as a graph, in either of two forms."""
+"""The graph of one snapshot, as arrays or packed into words."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from reward_model.graph.packing import FrameArrays, packed, unpacked
 
 
 class FrameGraph:
-    """One snapshot as a graph. Room edges and self edges are implied: every node has them.
+    """The graph of one snapshot. Room edges and self edges are implied: every node has them.
 
-    It holds its arrays or one array of words that they are packed into, and makes the other when it is asked for.
+    It stores its arrays, or one array of words that they are packed into, and computes the other form on access.
 
     Args:
         features: (num_nodes, 42) with the three time features zero; nodes are the room, people, objects, the goal and
             wall segments, in this order
         kinds: (num_nodes,) of `NodeKind`
-        keys: (num_nodes,) the same for one thing in every frame of a scene, unique within a frame
+        keys: (num_nodes,) the same for an entity in every frame of a scene, unique within a frame
         lengths: (num_nodes,) [dam] from the robot, 0 for the room: the length of the room edges
         link_sources, link_targets: (num_links,) node indices of the edges between people, objects and walls
         link_relations: (num_links,) of `Relation`
@@ -46,14 +46,14 @@ class FrameGraph:
 
     @classmethod
     def of_words(cls, words: Int32Array) -> FrameGraph:
-        """The frame that is packed into words, see `reward_model.graph.packing`."""
+        """The frame packed into words, see `reward_model.graph.packing`."""
         frame = cls.__new__(cls)
         frame._arrays, frame._words = None, words
         return frame
 
     @property
     def arrays(self) -> FrameArrays:
-        """All arrays; of a packed frame in memory of their own."""
+        """All arrays; those of a packed frame are copies."""
         if self._arrays is not None:
             return self._arrays
         assert self._words is not None
@@ -73,7 +73,7 @@ class FrameGraph:
 
     @property
     def num_links(self) -> int:
-        """How many links there are."""
+        """The number of links."""
         return len(self._arrays.link_lengths) if self._arrays is not None else int(self.words[1])
 
     def __len__(self) -> int:

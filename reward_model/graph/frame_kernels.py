@@ -1,7 +1,7 @@
-"""The arithmetic of `reward_model.graph.windows`, compiled: one snapshot's packed frame from its numbers, in one call.
+"""Compiled code that makes a snapshot's packed frame in one call, for `reward_model.graph.windows`.
 
-Columns are those of `reward_model.graph.packing`, a kind's own from `OWN` on in the published order. Types and
-relations are literal numbers here because compiled code reads no enumerations.
+Columns are those of `reward_model.graph.packing`; a kind's own features begin at `OWN`, in the published order. Kinds
+and relations are literal numbers here because compiled code cannot read enumerations.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from reward_model.base.numba import njit
 from reward_model.graph.features import OWN
 from reward_model.graph.packing import empty_words, views
 
-_NEAR_WALL = 1.5  # m from a person to the midpoint of a segment they are joined to
-_ADVANCE_SCALE = 9.4 / 3.5  # 1/(m/s): the fastest command seen becomes 1
+_NEAR_WALL = 1.5  # m, below this distance a person is joined to a segment's midpoint
+_ADVANCE_SCALE = 9.4 / 3.5  # 1/(m/s): the fastest command in the data becomes 1
 _TURN_SCALE = -10.32 / 4.0  # 1/(rad/s): likewise, and clockwise
-_ROOM_KEY = np.iinfo(np.int64).min  # room, goal and segments lie below every id that fits in 62 bits
+_ROOM_KEY = np.iinfo(np.int64).min  # keys of room, goal and segments are below every id that fits in 62 bits
 
 
 class Entities(NamedTuple):
@@ -50,7 +50,7 @@ def packed_frame(
     pairs: IntArray,
     interval: float,
 ) -> Int32Array:
-    """Nodes and links of one snapshot, packed; a link relation of -1 reports an interaction between two objects.
+    """Nodes and links of one snapshot, packed; a link relation of -1 marks an interaction between two objects.
 
     sizes: (num_objects, 2); segments: (num_walls,); pairs: (num_interactions, 2) ids; interval: [s]
     """
@@ -76,7 +76,7 @@ def packed_frame(
 
 @njit
 def _name_nodes(kinds: Int32Array, keys: IntArray, people: IntArray, objects: IntArray) -> None:
-    """What each node stands for, and the name by which it is found again in another frame."""
+    """Write the kind of each node, and the key that identifies it in other frames."""
     first_object, goal = 1 + len(people), 1 + len(people) + len(objects)
     kinds[0], kinds[goal] = 2, 4
     kinds[1:first_object], kinds[first_object:goal], kinds[goal + 1 :] = 0, 1, 3
@@ -88,7 +88,7 @@ def _name_nodes(kinds: Int32Array, keys: IntArray, people: IntArray, objects: In
 
 @njit
 def _fill_room(features: Float32Array, lengths: Float32Array, command: FloatArray, num_people: int) -> None:
-    """The room's row: the robot's command and how crowded the room is."""
+    """Fill the room's row: the robot's command and the number of people."""
     features[0, OWN] = command[0] * _ADVANCE_SCALE
     features[0, OWN + 1] = command[2] * _TURN_SCALE
     features[0, OWN + 2] = num_people / 15.0
@@ -105,7 +105,7 @@ def _fill_entities(
     entities: Entities,
     interval: float,
 ) -> None:
-    """Rows of people (9 features) or of objects (11, with two left for the size)."""
+    """Fill the rows of people (9 features) or of objects (11, two of which are left for the size)."""
     poses, velocities = entities.poses, entities.velocities
     for index in range(len(poses)):
         row = features[first + index]
@@ -155,7 +155,7 @@ def _segments(walls: FloatArray, segments: IntArray) -> tuple[FloatArray, FloatA
 def _fill_walls(
     features: Float32Array, lengths: Float32Array, first: int, midpoints: FloatArray, directions: FloatArray
 ) -> None:
-    """Rows of the wall segments."""
+    """Fill the rows of the wall segments."""
     for index in range(len(midpoints)):
         x, y = midpoints[index]
         distance = np.hypot(x, y) / 10.0
@@ -171,7 +171,7 @@ def _fill_walls(
 
 @njit
 def _links(people: Entities, objects: Entities, pairs: IntArray, midpoints: FloatArray, first_wall: int) -> _Links:
-    """Both directions of every interaction and of every person near a wall segment."""
+    """Both directions of every interaction, and of every pair of a person and a wall segment near them."""
     room = 2 * (len(pairs) + len(people.ids) * len(midpoints))
     sources, targets = np.empty(room, dtype=np.int32), np.empty(room, dtype=np.int32)
     relations, lengths = np.empty(room, dtype=np.int32), np.empty(room, dtype=np.float32)
@@ -202,7 +202,7 @@ def _links(people: Entities, objects: Entities, pairs: IntArray, midpoints: Floa
 
 @njit
 def _interaction_relations(first_is_person: bool, second_is_person: bool) -> tuple[int, int]:
-    """The relations there and back; -1 between two objects, for which there is none."""
+    """The relations of both directions; -1 between two objects, which have none."""
     if first_is_person and second_is_person:
         return 4, 4
     if first_is_person:
@@ -214,7 +214,7 @@ def _interaction_relations(first_is_person: bool, second_is_person: bool) -> tup
 
 @njit
 def _named_before(pairs: IntArray, place: int) -> bool:
-    """Whether two were joined already, either way round."""
+    """Whether an earlier pair is the same, in either direction."""
     a, b = pairs[place]
     for earlier in range(place):
         c, d = pairs[earlier]
@@ -225,7 +225,7 @@ def _named_before(pairs: IntArray, place: int) -> bool:
 
 @njit
 def _place(people: IntArray, objects: IntArray, identity: int) -> int:
-    """Where an id stands among people, then objects; it is there, as `Sequence` has made sure."""
+    """The index of an id among people, then objects; `SceneSequence` has checked that it exists."""
     for index in range(len(people)):
         if people[index] == identity:
             return index

@@ -1,10 +1,10 @@
-"""A frame's graph as one array of words: what environments keep of each moment, and what the fused network reads.
+"""A frame's graph packed into one array of words, which environments store and the fused network reads.
 
-Eight arrays take longer to hand from compiled code to Python and back than to work out. And of a node's 42 features its
-kind leaves at most 15 that are not 0.
+Passing eight arrays between compiled code and Python takes longer than computing them. At most 15 of a node's 42
+features can differ from 0, depending on its kind.
 
-The words, 32 bits each: how many nodes and links there are, the nodes' keys (two words each), kinds, lengths and 16
-features each, then the links' sources, targets, relations and lengths; there may be one more, so that they are even.
+The words, 32 bits each: the numbers of nodes and of links, the nodes' keys (two words each), kinds, lengths and 16
+features each, then the links' sources, targets, relations and lengths. One more word may make their number even.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from reward_model.base.arrays import Float32Array, Int32Array, IntArray
 from reward_model.base.numba import njit
 from reward_model.graph.features import COLUMNS, NUM_NODE_FEATURES
 
-NUM_PACKED: Final = 16  # features of a node, as many as processors handle at once
+NUM_PACKED: Final = 16  # features of a node, as many as one vector of a processor holds
 _HEADER = 2
 _TABLE = np.array([(*columns, *[-1] * (NUM_PACKED - len(columns))) for columns in COLUMNS])
 _WIDTHS = np.array([len(columns) for columns in COLUMNS])
@@ -38,7 +38,7 @@ class FrameArrays(NamedTuple):
 
 @njit
 def empty_words(num_nodes: int, num_links: int) -> Int32Array:
-    """Words for so many nodes and links, all features 0, with nothing else filled in."""
+    """Words for these numbers of nodes and links, with all else 0."""
     size = _HEADER + num_nodes * (NUM_PACKED + 4) + 4 * num_links
     words = np.zeros(size + size % 2, dtype=np.int32)
     words[0], words[1] = num_nodes, num_links
@@ -47,13 +47,13 @@ def empty_words(num_nodes: int, num_links: int) -> Int32Array:
 
 @njit
 def num_words(words: Int32Array, start: int) -> int:
-    """How many words the frame has that begins at a place."""
+    """The number of words of the frame that begins at `start`."""
     size: int = _HEADER + words[start] * (NUM_PACKED + 4) + 4 * words[start + 1]
     return size + size % 2
 
 
 class Offsets(NamedTuple):
-    """Where in the words a frame's arrays begin, as those of `FrameArrays` are named."""
+    """The first word of each of a frame's arrays, named as in `FrameArrays`."""
 
     keys: int
     kinds: int
@@ -67,7 +67,7 @@ class Offsets(NamedTuple):
 
 @njit
 def offsets(words: Int32Array, start: int) -> Offsets:
-    """Where the arrays of the frame are that begins at a place."""
+    """The offsets of the frame that begins at `start`."""
     nodes, links = words[start], words[start + 1]
     keys = start + _HEADER
     features = keys + 4 * nodes
@@ -86,7 +86,7 @@ def offsets(words: Int32Array, start: int) -> Offsets:
 
 @njit
 def views(words: Int32Array) -> FrameArrays:
-    """A frame's arrays in its words' memory; features are (num_nodes, 16)."""
+    """A frame's arrays as views of its words; features are (num_nodes, 16)."""
     nodes, links, at = words[0], words[1], offsets(words, 0)
     return FrameArrays(
         words[at.features : at.link_sources].view(np.float32).reshape(nodes, NUM_PACKED),
@@ -102,7 +102,7 @@ def views(words: Int32Array) -> FrameArrays:
 
 @njit
 def packed(arrays: FrameArrays) -> Int32Array:
-    """A frame's words. Of the features, (num_nodes, 42), only those of a node's kind are kept."""
+    """A frame's words, from features (num_nodes, 42); only those of a node's kind are kept."""
     words = empty_words(len(arrays.kinds), len(arrays.link_lengths))
     frame = views(words)
     for node in range(len(arrays.kinds)):
@@ -117,7 +117,7 @@ def packed(arrays: FrameArrays) -> Int32Array:
 
 @njit
 def unpacked(words: Int32Array) -> FrameArrays:
-    """The arrays of a frame, in memory of their own, with all 42 features."""
+    """Copies of a frame's arrays, with all 42 features."""
     frame = views(words)
     features = np.zeros((len(frame.kinds), NUM_NODE_FEATURES), dtype=np.float32)
     for node in range(len(frame.kinds)):

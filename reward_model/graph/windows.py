@@ -1,11 +1,11 @@
-"""The last three seconds of a scene as a graph: the transformation that the published network reads.
+"""Graphs of the last three seconds of a scene, the input of the published network.
 
-The layout is that of Bachiller et al. 2021, as their released network was trained on it. A `FrameGraph` is one
+The layout is that of Bachiller et al. 2021, on which their released network was trained. A `FrameGraph` is one
 snapshot: nodes, and the edges among them. A `SceneGraph` is up to three frames one second apart, newest first,
-joined by temporal edges. Frames do not know their place in the window, so each is made once and shared by every
-window that it appears in.
+joined by temporal edges. Frames do not depend on their place in the window, so each is made once and shared by
+all windows that contain it.
 
-What the features are and in which conventions they stand is in `features`.
+Features and their conventions are in `features`.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class SceneGraph:
     features: (num_nodes, 42), the newest frame's room node first
     sources, targets: (num_edges,) node indices
     relations: (num_edges,) of `Relation`
-    lengths: (num_edges,) as the network sees them; 0 on self and temporal edges
+    lengths: (num_edges,) as in the network's input; 0 on self and temporal edges
     """
 
     features: Float32Array
@@ -57,7 +57,7 @@ class SceneGraph:
 
     @property
     def edge_features(self) -> Float32Array:
-        """(num_edges, 18) the relation's one-hot, its last place overwritten with the length."""
+        """Edge features (num_edges, 18): the relation's one-hot, its last place overwritten with the length."""
         features = np.zeros((len(self.relations), NUM_EDGE_FEATURES), dtype=np.float32)
         features[np.arange(len(self.relations)), self.relations] = 1
         features[:, LENGTH_FEATURE] = self.lengths
@@ -65,18 +65,18 @@ class SceneGraph:
 
 
 def wall_segments(walls: FloatArray) -> IntArray:
-    """How many equal segments each wall is cut into.
+    """The number of equal segments of each wall; a window uses that of its newest snapshot for all its frames.
 
-    walls: (num_walls, 4) [m]. Returns (num_walls,). A window uses its newest snapshot's answer for all its frames.
+    walls: (num_walls, 4) [m]. Returns (num_walls,).
     """
     lengths = np.hypot(walls[:, 2] - walls[:, 0], walls[:, 3] - walls[:, 1])
     return (lengths / _WALL_SEGMENT).astype(np.int64) + 1
 
 
 def select_window(timestamps: Sequence[float], num_frames: int = NUM_FRAMES) -> list[int]:
-    """Which snapshots make the window, newest first.
+    """The indices of the window's snapshots, newest first.
 
-    The newest one, then as many more as there may be, each the first at least a second older than the one before.
+    The newest snapshot, then up to `num_frames` in all, each the newest that is at least a second older.
     timestamps: [s], oldest first, not empty.
     """
     chosen = [len(timestamps) - 1]
@@ -89,7 +89,7 @@ def select_window(timestamps: Sequence[float], num_frames: int = NUM_FRAMES) -> 
 
 
 def frame_graph(snapshot: Snapshot, segments: IntArray) -> FrameGraph:
-    """One snapshot's nodes and edges.
+    """The nodes and edges of one snapshot.
 
     segments: (num_walls,) from `wall_segments`, of the newest snapshot of the scene.
     Raises `ScenarioError` where two objects interact, for which the graph has no relation, or where the number of
@@ -125,7 +125,7 @@ def check_links(frame: FrameGraph) -> None:
 
 
 def sequence_frames(sequence: SceneSequence) -> list[FrameGraph]:
-    """The frames of a sequence's window, newest first: what its last second is judged by."""
+    """The frames of a sequence's window, newest first, from which its last second is scored."""
     chosen = select_window([snapshot.timestamp for snapshot in sequence])
     return all_frames(replace(sequence, snapshots=tuple(sequence.snapshots[index] for index in reversed(chosen))))
 
@@ -166,8 +166,8 @@ def scene_graph(frames: Sequence[FrameGraph]) -> SceneGraph:
 def mirrored_frame(frame: FrameGraph, *, turn_walls: bool = False) -> FrameGraph:
     """The frame of the scene with left and right swapped; the same as mirroring the snapshot first.
 
-    turn_walls: let the walls run the other way, too. Recorded walls run clockwise, those of a mirror image run
-        anticlockwise unless they are turned; the network sees the difference.
+    turn_walls: also reverse the walls' direction. Recorded walls run clockwise, those of a mirror image run
+        anticlockwise unless they are reversed; the network's input differs.
     """
     signs = MIRROR_SIGNS.copy()
     if turn_walls:
@@ -208,7 +208,7 @@ def _shifted(edges: _Edges, start: int) -> _Edges:
     return sources + start, targets + start, relations, lengths
 
 
-# Compiled code is made anew for every memory layout it meets, which takes seconds: it shall meet one only.
+# numba compiles anew for every memory layout, which takes seconds: arguments have one layout only.
 def _real(values: FloatArray) -> FloatArray:
     return np.ascontiguousarray(values, dtype=np.float64)
 

@@ -1,4 +1,4 @@
-"""Recorded scenes and people's scores of them, and the file formats that they come in.
+"""Recorded scenes, people's scores of them, and their file formats.
 
 May import `base`.
 """

@@ -1,4 +1,4 @@
-"""What both scene formats share: who is in a scene, by id, and who interacts with whom."""
+"""The part common to both scene formats: ids of people and objects, and interactions between them."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ class EntityIds:
         self._object_ids = frozenset(self.objects.tolist())
 
     def interactions(self, links: Iterable[tuple[JsonField, JsonField, JsonField]]) -> Interactions:
-        """Return who interacts with whom, from fields: one id, the other, and the relation's name.
+        """Return the interactions given by triples of fields: one id, the other id, and the relation's name.
 
         A pair that is given twice or in both directions is kept once, with its first relation.
 
-        Raises `ScenarioError` where an id is nobody's, or where not at least one of two different ids is a
-        person's: the graph has no relation between objects.
+        Raises `ScenarioError` where an id is unknown, where both ids are the same, and where both are objects': the
+        graph has no relation between objects.
         """
         relations: dict[tuple[int, int], str] = {}
         for first, second, relation in links:

@@ -1,4 +1,4 @@
-"""Checked access to what a JSON file holds; complaints name the file, the field and what would be right."""
+"""Checked access to the content of a JSON file; errors name the file, the field and the rule."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ _INT64 = np.iinfo(np.int64)
 
 @dataclass(frozen=True)
 class JsonField:
-    """A value inside a decoded JSON document, and where it stands.
+    """A value inside a decoded JSON document, and its position.
 
-    value: whatever the JSON decoder made of it
-    place: what a complaint starts with, e.g. `scene.json: snapshot 3`
-    path: the way from there to the value, e.g. `people[2].vx`; empty at the start
+    value: the decoded value
+    place: the start of error messages, e.g. `scene.json: snapshot 3`
+    path: from there to the value, e.g. `people[2].vx`; empty at the root
     """
 
     value: object
@@ -90,7 +90,7 @@ class JsonField:
         return table
 
     def refused(self, rule: str) -> ScenarioError:
-        """Make the complaint that this value breaks a rule, for the caller to raise."""
+        """Make the error that this value breaks a rule, for the caller to raise."""
         subject = f"{self.path} {rule}" if self.path else rule
         return ScenarioError(f"{self.place}: {subject}, got {_shown(self.value)}")
 
@@ -111,7 +111,7 @@ def read_text_file(path: str | os.PathLike[str]) -> str:
 def decode_json(text: str, place: Callable[[int], str]) -> object:
     """Decode a JSON text.
 
-    place: from a line number, counted from 1, to the words that name it in a complaint
+    place: maps a line number, counted from 1, to its name in error messages
 
     Raises `ScenarioError` naming line and column where the text is no JSON.
     """
@@ -127,7 +127,7 @@ def decode_json(text: str, place: Callable[[int], str]) -> object:
 
 
 def _plain_table(value: object, keys: Sequence[str]) -> FloatArray | None:
-    """Return the table where all is well, None where the field that is not has to be found."""
+    """Return the table (num_items, num_keys), or None where a field is invalid."""
     if not isinstance(value, list) or not value:
         return None
     try:

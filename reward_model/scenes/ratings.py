@@ -1,4 +1,4 @@
-"""Who scored what: the table that agreement among people is computed from."""
+"""Ratings: a table of clips, raters and scores, from which agreement among people is computed."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ _HIGHEST: Final = 100.0  # a perfect score in the files
 
 @dataclass(frozen=True, eq=False)
 class Ratings:
-    """Scores that people gave, one a row; who scored a clip twice has two rows, the first time first.
+    """People's scores of clips, one rating a row; a rater who scored a clip twice has two rows, the first time first.
 
-    clips: what was shown, the same for all ratings of one clip. Not a scene as splits know it: SocNav1's scene 02130
-        is shown in two clips, `02130 A` and `02130 B`, that differ as much as any two others
-    raters: who scored
-    scores: (num_ratings, 2) Q1 and Q2 in 0..1, NaN where not asked
+    clips: name of the clip, the same for all its ratings. A scene, the unit of splits, may have several clips:
+        SocNav1's scene 02130 has two, `02130 A` and `02130 B`, that differ as much as any two others
+    raters: name of the rater
+    scores: (num_ratings, 2) Q1 and Q2 in 0..1, NaN where the question was not asked
     """
 
     clips: tuple[str, ...]
@@ -41,7 +41,7 @@ class Ratings:
         return len(self.clips)
 
     def of_question(self, question: int) -> dict[str, list[tuple[str, float]]]:
-        """For each clip its raters and scores of one question, 0 for Q1 or 1 for Q2, in the order of the rows."""
+        """The raters and scores of one question, 0 for Q1 or 1 for Q2, by clip, in the order of the rows."""
         found: dict[str, list[tuple[str, float]]] = defaultdict(list)
         for clip, rater, score in zip(self.clips, self.raters, self.scores[:, question].tolist(), strict=True):
             if not math.isnan(score):
@@ -50,7 +50,7 @@ class Ratings:
 
 
 def ratings_of(labelled: Iterable[LabelledSequence]) -> Ratings:
-    """The ratings that labelled sequences carry; a sequence's name says which clip it is."""
+    """The ratings of labelled sequences; a sequence's name is that of its clip."""
     rows = [(each.sequence.name, each.rater, _score(each.q1), _score(each.q2)) for each in labelled]
     return Ratings(
         tuple(row[0] for row in rows),
@@ -60,10 +60,10 @@ def ratings_of(labelled: Iterable[LabelledSequence]) -> Ratings:
 
 
 def read_ratings(paths: Iterable[str | os.PathLike[str]]) -> Ratings:
-    """Read ratings from SocNav1 files (`.jsonl`) and tables (`.csv`), all as one.
+    """Read ratings from SocNav1 files (`.jsonl`) and tables (`.csv`) into one table.
 
-    A table has the columns `clip`, `rater` and `q1`, `q2` or both, scores 0..100 or empty.
-    Raises `ScenarioError` naming the file, the line, the field and what would be right.
+    A `.csv` table has the columns `clip`, `rater` and `q1`, `q2` or both, scores 0..100 or empty.
+    Raises `ScenarioError` naming the file, the line, the field and the rule.
     """
     parts = []
     for path in map(Path, paths):

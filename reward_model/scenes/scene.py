@@ -1,7 +1,7 @@
-"""What happened around the robot, in the robot's own frame: `Snapshot` and `SceneSequence`.
+"""Recorded scenes in the robot's frame: `Snapshot` and `SceneSequence`.
 
-One convention holds here and in everything that imports this module: SI units and REP-103 frames. The robot
-stands at the origin, x points forward, y to its left, angles grow counter-clockwise and 0 is straight ahead.
+This module and all that import it have one convention: SI units and REP-103 frames. The robot stands at the
+origin, x points forward, y to its left, angles grow counter-clockwise and 0 is straight ahead.
 Velocities are true velocities *relative to the robot*, expressed in its frame: the rate at which an entity's
 pose in the robot's frame changes, so they contain the robot's own motion.
 """
@@ -16,7 +16,7 @@ import numpy as np
 
 from reward_model.base.arrays import FloatArray, IntArray
 
-DEFAULT_INTERVAL = 0.2  # s between a snapshot and the one before it, where a recording does not say
+DEFAULT_INTERVAL = 0.2  # s between a snapshot and the one before it, where a recording does not give it
 
 
 class ScenarioError(ValueError):
@@ -24,10 +24,10 @@ class ScenarioError(ValueError):
 
 
 class Scores(NamedTuple):
-    """How acceptable people find the robot's last second, 0 (unacceptable) to 1 (perfect).
+    """Acceptability of the robot's last second to people, 0 (unacceptable) to 1 (perfect).
 
-    `q1` asks for the absence of disturbance alone, `q2` for efficient progress to the goal as well.
-    A network's answers may lie slightly above 1.
+    `q1` rates the absence of disturbance alone, `q2` efficient progress to the goal as well.
+    A network's scores may lie slightly above 1.
     """
 
     q1: float
@@ -36,7 +36,7 @@ class Scores(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class People:
-    """The people of one instant.
+    """The people in a snapshot.
 
     ids: (num_people,) unique among people and objects
     poses: (num_people, 3) x [m], y [m], heading [rad]
@@ -53,7 +53,7 @@ class People:
 
 @dataclass(frozen=True, eq=False)
 class Objects:
-    """The objects (tables, laptops, plants) of one instant.
+    """The objects (tables, laptops, plants) in a snapshot.
 
     ids: (num_objects,) unique among people and objects
     poses: (num_objects, 3) x [m], y [m], heading [rad]
@@ -72,10 +72,10 @@ class Objects:
 
 @dataclass(frozen=True, eq=False)
 class Interactions:
-    """Who interacts with whom, each pair once.
+    """Interactions between people and objects, each pair once.
 
     pairs: (num_interactions, 2) ids of people or objects
-    relations: what each pair does, e.g. `two_static_person_talking`
+    relations: name of each pair's relation, e.g. `two_static_person_talking`
     """
 
     pairs: IntArray
@@ -110,7 +110,7 @@ class Snapshot:
 
 @dataclass(frozen=True, eq=False)
 class SceneSequence:
-    """Snapshots of one scene, oldest first, checked when made.
+    """Snapshots of one scene, oldest first, checked on construction.
 
     Raises `ScenarioError` naming the snapshot and the field that breaks a rule.
     """
@@ -139,21 +139,21 @@ class SceneSequence:
 
     @property
     def last(self) -> Snapshot:
-        """The newest snapshot, the one that is judged."""
+        """The newest snapshot, at which the scene is scored."""
         return self.snapshots[-1]
 
 
 Sequence = SceneSequence
-"""Its name up to version 0.1, for those who wrote it."""
+"""The name of `SceneSequence` up to version 0.1, kept for existing code."""
 
 
 @dataclass(frozen=True, eq=False)
 class LabelledSequence:
-    """A sequence and what one person thought of it.
+    """A sequence and one person's scores of it.
 
     q1, q2: 0..1, or None where the question was not asked
-    scene: the same for every rating and every augmented copy of one scene; splits keep it together
-    rater: who scored it, empty where unknown
+    scene: the same for every rating and every augmented copy of one scene; splits keep a scene in one part
+    rater: name of the rater, empty where unknown
     """
 
     sequence: SceneSequence

@@ -1,14 +1,14 @@
 """SocNav1, people's scores of static scenes (Manso et al. 2020, CC-BY 4.0), as labelled sequences.
 
 The files are JSON lines, one rating each, in centimetres and degrees on screen axes: yPos grows downwards,
-the robot stands at the origin with its nose up. Orientation o faces (sin o, -cos o) in (xPos, yPos).
+the robot stands at the origin and faces up. Orientation o faces (sin o, -cos o) in (xPos, yPos).
 
-The people were asked about disturbance alone (Q1), in a still picture without a goal. A SocNav2 scene has a
-time, a goal and sizes, so these are made up:
+People scored disturbance alone (Q1), in a still picture without a goal. A SocNav2 scene has a time, a goal and
+sizes, so these are filled in:
 
 time      three equal snapshots one second apart, nothing moves, no command
-goal      at the robot: the only place that favours no direction. Of the places tried it brings the published
-          network's Q1 closest to the people's scores (dev.jsonl: MSE .041, the same mean; with the goal 1, 3,
+goal      at the robot: the only place that favours no direction. It brings the published network's Q1 closest
+          to the people's scores of all places tried (dev.jsonl: MSE .041, the same mean; with the goal 1, 3,
           5 m ahead .047, .050, .054; 1 m behind .044) at the same rank correlation, .81 against .82 and .83
 sizes     objects are 0.4 x 0.4 m
 """
@@ -44,11 +44,11 @@ _LINK_ITEMS = 3  # id, id, relation
 
 
 def read_socnav1(path: str | os.PathLike[str]) -> list[LabelledSequence]:
-    """Read a file of ratings, in its order; several of one scene are several sequences.
+    """Read a file of ratings, in its order; every rating is a sequence of its own.
 
     `scene` is the number in a rating's identifier, the same for all ratings of one scene; `q2` is None.
 
-    Raises `ScenarioError` with one line naming the file, the line, the field and what would be right.
+    Raises `ScenarioError` with one line naming the file, the line, the field and the rule.
     """
     name = os.fspath(path)
     ratings = []
@@ -98,18 +98,18 @@ def _parse_snapshot(rating: JsonField) -> Snapshot:
 
 
 def _poses(entities: JsonField) -> FloatArray:
-    """Return x, y, heading, (num_entities, 3)."""
+    """Return poses x, y, heading, (num_entities, 3)."""
     columns = entities.table(("xPos", "yPos", "orientation"))
     return np.column_stack([_positions(columns[:, :2]), -np.radians(columns[:, 2])])
 
 
 def _positions(screen: FloatArray) -> FloatArray:
-    """Turn (num_points, 2) xPos, yPos into forward, left [m]."""
+    """Convert positions (num_points, 2) from xPos, yPos to forward, left [m]."""
     return -screen[:, ::-1] / _CENTIMETRES
 
 
 def _parse_walls(room: JsonField) -> FloatArray:
-    """Make the walls of a closed polygon, clockwise seen from above as in SocNav2, (num_walls, 4)."""
+    """Return the walls (num_walls, 4) of a closed polygon, clockwise seen from above as in SocNav2."""
     screen = np.array([point.numbers(2) for point in room.items()]).reshape(-1, 2)
     if len(screen) < _CLOSED_TRIANGLE or (screen[0] != screen[-1]).any():
         raise ScenarioError(f"{room.place}: room must be a closed polygon, its last point the first one again")

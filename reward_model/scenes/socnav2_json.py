@@ -1,23 +1,23 @@
-"""The SocNav2 JSON format of a recorded scene, read and written: the only home of its conventions.
+"""Reading and writing of the SocNav2 JSON format of recorded scenes; no other module knows its conventions.
 
-A file is a list of snapshots, oldest first. Where this project says metres per second, x forward, y left and
-counter-clockwise (REP-103), the format says otherwise:
+A file is a list of snapshots, oldest first. This project has metres per second, x forward, y left and
+counter-clockwise angles (REP-103); the format has other conventions:
 
 positions    x to the right, y forward [m]
-angles       `a` grows clockwise and counts from the robot's left side: a = -(heading + pi/2)
+angles       `a` grows clockwise and is 0 towards the robot's right side: a = -(heading + pi/2)
 vx, vy       previous minus current position between this stored snapshot and the one before it [m]
 va           current minus previous `a` over the same interval [rad]
-command      [adv, side, rot] in simulator units: adv forward and side to the right, 9.4 of them to 1 m/s;
-             rot clockwise, 10.32 of them to 1 rad/s. No recording has a side command: its sign follows x.
+command      [adv, side, rot] in simulator units: adv forward and side to the right, 9.4 units are 1 m/s;
+             rot clockwise, 10.32 units are 1 rad/s. No recording has a side command: its sign follows x.
 robot_pose   in the room's frame, x east, y north, `a` clockwise with 0 facing north. Here the room's x axis
              is its north: (y, -x, -a), checked on recordings, whose walls stand still in the room that way.
 label_Q1/2   0..100, here 0..1
 
-Reader and writer are each other's inverse. The format keeps displacements but not the time they took, which
-a reader takes from the timestamps: the difference to the snapshot before, or `DEFAULT_INTERVAL` in the first.
-Where a snapshot says otherwise (a scene that starts in the middle of a recording, a simulator whose control
-period is not its interval), the writer adds a field of its own, `interval` [s], which other readers ignore.
-Any other unknown field is ignored.
+Reader and writer are inverse to each other. The format stores displacements without their interval; the reader
+takes it from the timestamps: the difference to the snapshot before, or `DEFAULT_INTERVAL` in the first. Where a
+snapshot's interval differs (a scene that starts in the middle of a recording, a simulator whose control period is
+not its interval), the writer adds a field `interval` [s], which other readers ignore. The reader ignores other
+unknown fields.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ _POSE_FIELDS = ("x", "y", "a")
 _VELOCITY_FIELDS = ("vx", "vy", "va")
 _SIZE_FIELDS = ("size_x", "size_y")
 _WALL_FIELDS = ("x1", "y1", "x2", "y2")
-_SAME_INTERVAL = 1e-9  # s, below it two intervals are one
+_SAME_INTERVAL = 1e-9  # s, intervals that differ by less are equal
 
 Document = list[dict[str, object]]
 
@@ -60,16 +60,16 @@ Document = list[dict[str, object]]
 def read_socnav2(path: str | os.PathLike[str]) -> SceneSequence:
     """Read a recorded scene.
 
-    Raises `ScenarioError` with one line naming the file, the snapshot, the field and what would be right.
+    Raises `ScenarioError` with one line naming the file, the snapshot, the field and the rule.
     """
     return parse_socnav2(_read_document(path), os.fspath(path))
 
 
 def read_labelled_socnav2(path: str | os.PathLike[str]) -> LabelledSequence:
-    """Read a recorded scene and the scores it was given.
+    """Read a recorded scene and its scores.
 
-    The scores stand in the last snapshot, the one that was judged; where it has none, in the newest one that
-    has. One of the two questions may be missing. The scene is the recording's `ID`.
+    The scores are those of the last snapshot or, where it has none, of the newest one that has. One of the two
+    questions may be missing. `scene` is the recording's `ID`.
 
     Raises `ScenarioError` like `read_socnav2`, and where no snapshot has a score.
     """
@@ -77,20 +77,20 @@ def read_labelled_socnav2(path: str | os.PathLike[str]) -> LabelledSequence:
 
 
 def write_socnav2(recording: SceneSequence | LabelledSequence, path: str | os.PathLike[str]) -> None:
-    """Write a scene, with its scores where it has some; the file appears complete or not at all."""
+    """Write a scene atomically, with its scores where it has some."""
     replace_file(path, encode_socnav2(recording))
 
 
 def encode_socnav2(recording: SceneSequence | LabelledSequence) -> bytes:
-    """What `write_socnav2` writes."""
+    """The content of the file that `write_socnav2` writes."""
     lines = [json.dumps(snapshot, allow_nan=False) for snapshot in socnav2_document(recording)]
     return ("[" + ",\n".join(lines) + "]\n").encode()
 
 
 def parse_socnav2(document: object, name: str) -> SceneSequence:
-    """Make the scene that a decoded JSON document describes.
+    """The scene in a decoded JSON document.
 
-    name: what complaints call the document
+    name: the document's name in error messages
 
     Raises `ScenarioError` like `read_socnav2`.
     """
@@ -103,12 +103,12 @@ def parse_socnav2(document: object, name: str) -> SceneSequence:
         snapshots.append(_parse_snapshot(field, snapshots[-1].timestamp if snapshots else None))
     try:
         return SceneSequence(tuple(snapshots), name=identity)
-    except ScenarioError as error:  # numbers that overflow on their way to SI units
+    except ScenarioError as error:  # numbers that overflow in SI units
         raise ScenarioError(f"{name}: {error}") from error
 
 
 def parse_labelled_socnav2(document: object, name: str) -> LabelledSequence:
-    """Make the scene and its scores that a decoded JSON document describes, see `read_labelled_socnav2`."""
+    """The scene and its scores in a decoded JSON document, see `read_labelled_socnav2`."""
     sequence = parse_socnav2(document, name)
     for field in reversed(_snapshot_fields(document, name)):
         q1, q2 = _parse_label(field, "label_Q1"), _parse_label(field, "label_Q2")
@@ -118,7 +118,7 @@ def parse_labelled_socnav2(document: object, name: str) -> LabelledSequence:
 
 
 def socnav2_document(recording: SceneSequence | LabelledSequence) -> Document:
-    """Make the decoded JSON document that describes a scene, with its scores in the last snapshot."""
+    """The document of a scene, ready for JSON encoding, with its scores in the last snapshot."""
     sequence = recording.sequence if isinstance(recording, LabelledSequence) else recording
     document: Document = []
     earlier: Snapshot | None = None
@@ -145,7 +145,7 @@ def _snapshot_fields(document: object, name: str) -> list[JsonField]:
 
 
 def _parse_snapshot(field: JsonField, earlier: float | None) -> Snapshot:
-    """Make a snapshot; `earlier` is the timestamp of the one before it [s]."""
+    """Return the snapshot in a field; `earlier` is the timestamp of the one before it [s]."""
     timestamp = field["timestamp"].number()
     if earlier is not None and timestamp <= earlier:
         raise field["timestamp"].refused(f"must be later than {earlier} of the snapshot before")
@@ -180,7 +180,7 @@ def _parse_motion(entities: JsonField, interval: float) -> tuple[FloatArray, Flo
     poses = entities.table(_POSE_FIELDS)
     moved = entities.table(_VELOCITY_FIELDS)
     headings = -poses[:, 2:] - math.pi / 2
-    with np.errstate(over="ignore"):  # the sequence refuses what is not finite
+    with np.errstate(over="ignore"):  # `SceneSequence` refuses numbers that are not finite
         velocities = np.column_stack([-moved[:, 1], moved[:, 0], -moved[:, 2]]) / interval
     return np.hstack([_positions_from_json(poses[:, :2]), headings]), velocities
 
@@ -193,7 +193,7 @@ def _parse_sizes(objects: JsonField) -> FloatArray:
 
 
 def _parse_goal(goal: JsonField) -> FloatArray:
-    """Return the one goal, (1, 2)."""
+    """Return the position of the only goal, (1, 2)."""
     count = len(goal.items())
     if count != 1:
         raise ScenarioError(f"{goal.place}: goal must be a list of one point, got {count}")
@@ -255,10 +255,10 @@ def _entity_rows(ids: IntArray, keys: Listing[str], rows: FloatArray) -> list[di
 
 
 def _positions_from_json(positions: FloatArray) -> FloatArray:
-    """Turn (num_points, 2) right, forward into forward, left."""
+    """Convert positions (num_points, 2) from right, forward to forward, left."""
     return np.column_stack([positions[:, 1], -positions[:, 0]])
 
 
 def _positions_to_json(positions: FloatArray) -> FloatArray:
-    """Turn (num_points, 2) forward, left into right, forward."""
+    """Convert positions (num_points, 2) from forward, left to right, forward."""
     return np.column_stack([-positions[:, 1], positions[:, 0]])

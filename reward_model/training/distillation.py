@@ -1,4 +1,4 @@
-"""Training a network on another one's answers, how far the two are then apart, and the model card that says so."""
+"""Training of a network on another one's scores, the differences between the two, and the model card."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from reward_model.training.fit import TrainingConfig
 from reward_model.training.session import epoch_bar, learn_windows
 
 CARD_FILE: Final = "README.md"
-_DROPPED: Final = 3  # snapshots cut off a recording's end for a second row, as the published reference does
-_REFERENCE_FILE: Final = "reference.json"  # the published network's answers, beside SocNav2's sample recordings
+_DROPPED: Final = 3  # snapshots cut off a recording's end for a second row, as in the published reference
+_REFERENCE_FILE: Final = "reference.json"  # the published network's scores, beside SocNav2's sample recordings
 
 
 def distil(
@@ -35,10 +35,10 @@ def distil(
     config: TrainingConfig,
     progress: Progress,
 ) -> Checkpoint:
-    """Train a network on a teacher's scores of windows, and of the mirror images of those to train on.
+    """Train a network on a teacher's scores of windows, and of the training windows' mirror images.
 
     windows: of all three parts
-    Returns what `learn_windows` does, about the teacher and the numbers of windows as well.
+    Returns the checkpoint of `learn_windows`, with the teacher and the numbers of windows in its `about`.
     """
     labelled = {}
     for part, each in windows.items():
@@ -51,7 +51,7 @@ def distil(
 
 
 def save_with_card(path: Path, checkpoint: Checkpoint) -> None:
-    """Write a checkpoint folder with its model card. Raises `OSError` where the place cannot be written."""
+    """Write a checkpoint folder with its model card. Raises `OSError` where it cannot be written."""
     save_checkpoint(path, checkpoint)
     replace_file(path / CARD_FILE, model_card(checkpoint).encode())
 
@@ -69,7 +69,7 @@ def recordings_to_compare(folder: Path) -> list[SceneSequence]:
 
 
 def compared(teacher: SocialScorer, student: Checkpoint, recordings: Sequence[SceneSequence]) -> Checkpoint:
-    """The student's checkpoint, about how far its scores of recordings are from the teacher's as well.
+    """The student's checkpoint, with the differences of its scores of recordings from the teacher's in `about`.
 
     `genuine_error`: the number of recordings, each question's mean absolute difference, and the largest difference.
     """
@@ -82,7 +82,7 @@ def compared(teacher: SocialScorer, student: Checkpoint, recordings: Sequence[Sc
 def model_card(checkpoint: Checkpoint) -> str:
     """The README of a checkpoint that `train_reward.py` has trained.
 
-    The checkpoint is about what `distil` says, and what `compared` does where recordings were compared.
+    The checkpoint's `about` is that of `distil`, or of `compared` where recordings were compared.
     """
     about, sizes = checkpoint.about, "-".join(map(str, checkpoint.config.sizes))
     windows, test_error = about["windows"], about["test_error"]

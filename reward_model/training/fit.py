@@ -1,4 +1,4 @@
-"""Train a network on labelled windows: early stopping, deterministic by seed, resumable after any interruption."""
+"""Training of a network on labelled windows: early stopping, deterministic by seed, resumable when interrupted."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ if TYPE_CHECKING:
     from reward_model.networks.registry import TrainableNetwork
 
 _Indices = np.ndarray[tuple[int], np.dtype[np.int64]]
-_LEAK = 0.1  # slope below zero while training; a network that answers below zero could not learn its way back
+_LEAK = 0.1  # slope below zero in training, since scores below zero would have no gradient
 _EVALUATED_AT_ONCE = 256  # windows
 _EVALUATED_ON_DGL = 32  # windows; there every edge may have a matrix of its own
 
 
 @dataclass(frozen=True)
 class TrainingConfig:
-    """How to train.
+    """Options of a training.
 
     patience: epochs without a better development error before training stops
     """
@@ -57,7 +57,7 @@ class TrainingConfig:
 
 
 class Epoch(NamedTuple):
-    """Mean squared errors after one pass over the training windows, the mean of Q1's and Q2's where both were asked."""
+    """Mean squared errors after one pass over the training windows, the mean of Q1 and Q2 where both have scores."""
 
     number: int
     train_error: float
@@ -65,11 +65,11 @@ class Epoch(NamedTuple):
 
 
 class DivergedError(ValueError):
-    """No error of a training ever was a number."""
+    """A training diverged: none of its errors is a number."""
 
 
 def best_epoch(history: Sequence[Epoch]) -> Epoch:
-    """The first epoch with the smallest development error; one that is no number is the worst."""
+    """The first epoch with the smallest development error; NaN is the largest."""
     return min(history, key=lambda epoch: float(np.nan_to_num(epoch.development_error, nan=math.inf)))
 
 
@@ -84,12 +84,13 @@ def fit(
 ) -> list[Epoch]:
     """Train in place; the network ends with the weights of its best epoch on the development windows.
 
-    The learning rate falls to a hundredth along a half cosine. Returns every epoch's errors.
-    after_epoch: called with every epoch when it is over, after `state_file` holds it; when a training is taken up
-        again, first with those that it had
-    state_file: written after every epoch; with `resume`, the training in it goes on to the end that it would have had
-    Raises `ValueError` where one of the two holds no score at all, `DivergedError` where no error ever was a number,
-    and `TrainingStateError` where `state_file` does not hold this training.
+    The learning rate falls to a hundredth along a half cosine.
+    after_epoch: called with every epoch after it is written to `state_file`; a resumed training first calls it with
+        its earlier epochs
+    state_file: written after every epoch; with `resume`, its training continues as if it had not been interrupted
+    Returns every epoch's errors.
+    Raises `ValueError` where one of the data sets has no score, `DivergedError` where no error is a number, and
+    `TrainingStateError` where `state_file` is not of this training.
     """
     for name, data in (("train", train), ("development", development)):
         if np.isnan(data.scores).all():
@@ -118,7 +119,7 @@ def fit(
 
 
 def errors(network: TrainableNetwork, data: LabelledWindows, device: str = "cpu") -> Float32Array:
-    """(2,) the mean squared errors of Q1 and Q2, NaN for a question that was never asked."""
+    """Mean squared errors (2,) of Q1 and Q2, NaN for a question without scores."""
     squares, counts = torch.zeros(2), torch.zeros(2)
     for answers, scores in _answered(network, data, device):
         difference, known = _differences(answers, scores)
@@ -129,14 +130,14 @@ def errors(network: TrainableNetwork, data: LabelledWindows, device: str = "cpu"
 
 
 def predicted(network: TrainableNetwork, data: LabelledWindows, device: str = "cpu") -> Float32Array:
-    """(num_windows, 2) a network's answers, never below 0."""
+    """A network's scores (num_windows, 2), never below 0."""
     answers = [answers.cpu().numpy() for answers, _ in _answered(network, data, device)]
     result: Float32Array = np.concatenate([np.zeros((0, 2), dtype=np.float32), *answers])
     return result
 
 
 def _answered(network: TrainableNetwork, data: LabelledWindows, device: str) -> Iterator[tuple[Tensor, Tensor]]:
-    """Answers and scores, part by part, without dropout or gradients."""
+    """Predictions and labels, batch by batch, without dropout or gradients."""
     size = _EVALUATED_AT_ONCE if isinstance(network, EdgelessMPNN) else _EVALUATED_ON_DGL
     was_training = network.training
     network.eval()
@@ -148,7 +149,7 @@ def _answered(network: TrainableNetwork, data: LabelledWindows, device: str) -> 
 
 
 class _Training:
-    """A network on its way, epoch by epoch."""
+    """A network in training, epoch by epoch."""
 
     def __init__(
         self, network: TrainableNetwork, train: LabelledWindows, development: LabelledWindows, config: TrainingConfig
@@ -216,7 +217,7 @@ class _Training:
         restore_generators(state.tensors)
 
     def _run(self) -> dict[str, object]:
-        """What makes this training this one."""
+        """The data and options that identify this training."""
         shapes = {name: list(tensor.shape) for name, tensor in self.network.state_dict().items()}
         digests = {"train_data": data_digest(self.train), "development_data": data_digest(self.development)}
         return asdict(self.config) | digests | {"network": [type(self.network).__name__, shapes]}
@@ -259,6 +260,6 @@ def _weighted_mean(squares: Tensor, known: Tensor, data: LabelledWindows, chosen
 
 
 def _differences(answers: Tensor, scores: Tensor) -> tuple[Tensor, Tensor]:
-    """What each answer is off by, 0 where there is no score, and where there is one."""
+    """The error of each prediction, 0 where there is no score, and a mask of the existing scores."""
     known = ~scores.isnan()
     return torch.where(known, answers - scores, 0.0), known

@@ -1,7 +1,7 @@
-"""Many trainings at once, each in a folder of its own, so that none is lost and none is done twice.
+"""Many trainings in parallel, each in a folder of its own, so that none is lost and none is done twice.
 
-A session under way keeps its state in its folder and one that is over its result. Whoever works on a session holds its
-lock: after a crash it is taken up where it was, and a process that outlived its parent is waited for.
+The folder has the state of a running session and the result of a finished one. The process that runs a session holds
+its lock: after a crash the session is resumed, and a process that outlived its parent is waited for.
 """
 
 from __future__ import annotations
@@ -24,25 +24,25 @@ from reward_model.training.session import STATE_FILE, Session, learn
 
 Backend = Literal["loky", "ray"]
 RESULT_FILE: Final = "result.json"
-FAILED: Final = "failed"  # the key of a result that says why there is none
+FAILED: Final = "failed"  # key of the error message in the result of a failed training
 _LOCK_FILE: Final = ".lock"
 
 
 def run_sessions(
     sessions: Mapping[str, Session], folder: Path, jobs: int = 1, backend: Backend = "loky"
 ) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Run sessions in folders of their names, as many at a time as there are jobs; names and results as they come.
+    """Run sessions in folders of their names, `jobs` at a time; yields names and results in order of completion.
 
-    What is there already is taken up or, where it is over, read. A result is what the checkpoint says about itself;
-    of a training that got out of hand it holds `FAILED`.
-    Raises `ValueError` where the backend is not there, and what `load_parts` and `fit` raise.
+    Interrupted sessions are resumed, finished ones are read. A result is the checkpoint's `about`; that of a diverged
+    training has the key `FAILED`.
+    Raises `ValueError` where the backend is not installed, and what `load_parts` and `fit` raise.
     """
     if jobs < 1:
         raise ValueError(f"jobs must be at least 1, got {jobs}")
     order: Literal["generator_unordered", "list"] = "generator_unordered"
     if backend == "ray":
         _register_ray()
-        order = "list"  # Ray's backend gives results back when all are there; in their folders they are before
+        order = "list"  # Ray's backend returns results when all are ready; their folders have them before
     with joblib.parallel_config(backend=backend, n_jobs=jobs):
         yield from joblib.Parallel(return_as=order, pre_dispatch="n_jobs")(
             joblib.delayed(_named)(name, session, folder / name) for name, session in sessions.items()
@@ -50,7 +50,7 @@ def run_sessions(
 
 
 def run_session(session: Session, folder: Path) -> dict[str, Any]:
-    """Run one session, or read what it resulted in; see `run_sessions`."""
+    """Run one session, or read its result; see `run_sessions`."""
     result_file, state_file = folder / RESULT_FILE, folder / STATE_FILE
     folder.mkdir(parents=True, exist_ok=True)
     with FileLock(folder / _LOCK_FILE):
@@ -62,7 +62,7 @@ def run_session(session: Session, folder: Path) -> dict[str, Any]:
 
 
 def read_result(folder: Path) -> dict[str, Any]:
-    """What a session that is over resulted in. Raises `ValueError` where that cannot be read."""
+    """The result of a finished session. Raises `ValueError` where it cannot be read."""
     path = folder / RESULT_FILE
     try:
         result: dict[str, Any] = json.loads(path.read_text())
@@ -79,7 +79,7 @@ def _named(name: str, session: Session, folder: Path) -> tuple[str, dict[str, An
 
 def _learned(session: Session, folder: Path, resume: bool) -> dict[str, Any]:
     threads = torch.get_num_threads()
-    torch.set_num_threads(1)  # sums depend on the number of threads, and results shall not on that of jobs
+    torch.set_num_threads(1)  # sums depend on the number of threads; results must not depend on that of jobs
     try:
         with progress_bars(shown=False) as progress:
             parts = load_parts(session.data, progress)

@@ -1,4 +1,4 @@
-"""Training and evaluating networks on data sets: what the commands `train` and `evaluate` do."""
+"""Training and evaluation of networks on data sets, for the commands `train` and `evaluate`."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ TENSORBOARD_FOLDER: Final = "tensorboard"
 
 @dataclass(frozen=True)
 class Session:
-    """One training: of what, on what, and how.
+    """The data, network and options of one training.
 
-    clips_alike: clips weigh the same, however many people scored them; else scores do
+    clips_alike: clips have equal weights, however many people scored them; else scores have
     """
 
     data: DataConfig
@@ -49,8 +49,9 @@ class Session:
 def train(session: Session, output: Path, resume: bool = False) -> dict[str, Any]:
     """Train a network and save it as a checkpoint in `output`, beside its curve and logs.
 
-    resume: go on with the training that was interrupted there
-    Returns what the checkpoint says about itself. Raises `ValueError`s for what is wrong with data or options.
+    resume: continue the interrupted training in `output`
+    Returns the checkpoint's `about`.
+    Raises `ValueError` where data or options are not valid.
     """
     usable_device(session.network, session.training.device)
     if not resume and (output / STATE_FILE).exists():
@@ -73,14 +74,14 @@ def learn(
     after_epoch: Callable[[Epoch], None] = lambda epoch: None,
     resume: bool = False,
 ) -> dict[str, Any]:
-    """Train on parts of a data set and save the checkpoint, which keeps what this returns; see `train`."""
+    """Train on parts of a data set, save the checkpoint and return its `about`; see `train`."""
     data = session.data
     windows = {part: examples.labelled() for part, examples in parts.items()}
     windows["train"] = parts["train"].labelled_clips(session.clips_alike)
     trained = learn_windows(session.network, session.training, windows, after_epoch, output / STATE_FILE, resume)
     about = {
         "data": data.path.name,
-        "questions": _asked(parts["train"]),
+        "questions": _scored_questions(parts["train"]),
         "examples": {part: len(examples) for part, examples in parts.items()},
         "augmentation": data.augmentation,
         "frames": data.frames,
@@ -99,10 +100,11 @@ def learn_windows(
     state_file: Path | None = None,
     resume: bool = False,
 ) -> Checkpoint:
-    """Train a network on labelled windows; the checkpoint says how, and what its errors are.
+    """Train a network on labelled windows; the checkpoint's `about` has the options and the errors.
 
-    parts: with a train and a development part; of a test part the errors of the questions that were asked are told
-    after_epoch, state_file, resume: see `fit`, which also says what is raised
+    parts: with a train and a development part; a test part adds the errors of its questions that have scores
+    after_epoch, state_file, resume: see `fit`
+    Raises as `fit`.
     """
     network = trainable_network(network_config, config.seed)
     history = fit(network, parts["train"], parts["development"], config, after_epoch, state_file, resume)
@@ -122,7 +124,7 @@ def learn_windows(
 
 
 def epoch_bar(progress: Progress, max_epochs: int) -> Callable[[Epoch], None]:
-    """Add a bar of epochs and return what shows one on it that is over, with its errors."""
+    """Add a bar of epochs, and return a function that shows a finished epoch and its errors on it."""
     bar = progress.add_task("train", total=max_epochs)
 
     def after_epoch(epoch: Epoch) -> None:
@@ -137,25 +139,25 @@ def evaluate(
 ) -> dict[str, Any]:
     """Compare a network with people's scores.
 
-    output: a folder for `evaluation.json` and a histogram of absolute errors a question
+    output: a folder for `evaluation.json` and a histogram of absolute errors for each question
     Returns the report. Raises as `load_part`.
     """
     with progress_bars() as progress:
         examples = load_part(data, part, progress)
         bar = progress.add_task("score", total=len(examples))
-        answers = label_windows(scorer, examples.windows, partial(progress.advance, bar)).scores
+        predictions = label_windows(scorer, examples.windows, partial(progress.advance, bar)).scores
     found = {"weights": scorer.name, "data": str(data.path), "part": part, "examples": len(examples)}
-    document = found | report(answers, examples.scores, examples.ratings())
+    document = found | report(predictions, examples.scores, examples.ratings())
     if output is not None:
         replace_file(output / "evaluation.json", (json.dumps(document, indent=2) + "\n").encode())
-        for question in _asked(examples):
-            image = error_histogram(answers, examples.scores, question)
+        for question in _scored_questions(examples):
+            image = error_histogram(predictions, examples.scores, question)
             replace_file(output / f"absolute_errors_{question}.png", image)
     return document
 
 
 class _Log:
-    """Tells of every epoch: to whoever wants to show it, in a CSV file and in TensorBoard."""
+    """Logs every epoch in a CSV file and in TensorBoard, and passes it to `show`."""
 
     def __init__(self, folder: Path, show: Callable[[Epoch], None]) -> None:
         from torch.utils.tensorboard import SummaryWriter
@@ -163,7 +165,7 @@ class _Log:
         self._folder, self._show = folder, show
         self._epochs: list[Epoch] = []
         folder.mkdir(parents=True, exist_ok=True)
-        # A resumed training tells its epochs anew; what was logged before is void.
+        # A resumed training logs its earlier epochs again, so the old log is purged.
         self._writer = SummaryWriter(str(folder / TENSORBOARD_FOLDER), purge_step=0)
 
     def __enter__(self) -> Callable[[Epoch], None]:
@@ -187,5 +189,5 @@ class _Log:
         self._show(epoch)
 
 
-def _asked(examples: Examples) -> list[str]:
+def _scored_questions(examples: Examples) -> list[str]:
     return [question for column, question in enumerate(QUESTIONS) if not np.isnan(examples.scores[:, column]).all()]

@@ -1,7 +1,7 @@
-"""A training under way, on disk: one safetensors file that appears complete or not at all.
+"""The state of a running training on disk: one safetensors file, written atomically.
 
-Everything that is no tensor stands as JSON in the file's metadata, so that the two cannot come apart when a process
-is killed between them.
+Everything that is no tensor is JSON in the file's metadata, so that a killed process cannot leave one without the
+other.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ _KEYS: Final = {"version", "run", "progress"}
 
 
 class TrainingStateError(ValueError):
-    """A training cannot be taken up again. The message names the file and what would be right."""
+    """A training cannot be resumed. The message names the file and the rule."""
 
 
 @dataclass(frozen=True, eq=False)
 class TrainingState:
-    """What has to be known to go on as if nothing had happened.
+    """The state from which a training continues as if it had not been interrupted.
 
-    run: which training this is, its data and options; going on with others is refused
+    run: the training's data and options; resuming with others is refused
     progress: JSON values
     tensors: of the network, the optimizer and the generators
     """
@@ -49,10 +49,10 @@ def save_state(path: Path, state: TrainingState) -> None:
 
 
 def load_state(path: Path, run: dict[str, Any]) -> TrainingState:
-    """Read the file of this very training.
+    """Read the state of the training with this `run`.
 
-    Raises `TrainingStateError` where there is none, it is broken, or `run` is another: the first entry that differs
-    is named.
+    Raises `TrainingStateError` where the file is missing or broken, or its `run` is another: the first entry that
+    differs is named.
     """
     try:
         content = path.read_bytes()
@@ -71,7 +71,7 @@ def load_state(path: Path, run: dict[str, Any]) -> TrainingState:
 
 
 def check_same(path: Path, saved: dict[str, Any], run: dict[str, Any], what: str = "a training") -> None:
-    """Raise `TrainingStateError` where what is to be gone on with was begun otherwise, naming the first difference."""
+    """Raise `TrainingStateError` where the saved run is not the present one, naming the first difference."""
     now = json.loads(json.dumps(run))
     for name in sorted(saved.keys() | now.keys()):
         if saved.get(name) != now.get(name):
@@ -81,7 +81,7 @@ def check_same(path: Path, saved: dict[str, Any], run: dict[str, Any], what: str
 
 
 def generator_tensors() -> dict[str, Tensor]:
-    """PyTorch's own generators, which dropout draws from."""
+    """The states of PyTorch's own generators, which dropout draws from."""
     tensors = {"generator.cpu": torch.get_rng_state()}
     if torch.cuda.is_available():
         tensors["generator.cuda"] = torch.cuda.get_rng_state()
@@ -89,7 +89,7 @@ def generator_tensors() -> dict[str, Tensor]:
 
 
 def restore_generators(tensors: dict[str, Tensor]) -> None:
-    """Set PyTorch's generators to what they were."""
+    """Restore the states of PyTorch's generators."""
     torch.set_rng_state(tensors["generator.cpu"])
     if "generator.cuda" in tensors and torch.cuda.is_available():
         torch.cuda.set_rng_state(tensors["generator.cuda"])
@@ -101,6 +101,6 @@ def named(prefix: str, tensors: dict[str, Tensor]) -> dict[str, Tensor]:
 
 
 def unnamed(prefix: str, tensors: dict[str, Tensor]) -> dict[str, Tensor]:
-    """The tensors that stand under a prefix, without it."""
+    """The tensors under a prefix, without it."""
     start = f"{prefix}."
     return {name.removeprefix(start): tensor for name, tensor in tensors.items() if name.startswith(start)}

@@ -76,7 +76,7 @@ def test_both_forms_agree_on_generated_windows(weights, published_weights):
 
 
 def published_state() -> dict[str, torch.Tensor]:
-    """Tensors of the published names and shapes; each value tells its place apart from the others."""
+    """Tensors of the published names and shapes; a tensor's value depends on its name."""
     state = {}
     for index, (name, (first, second)) in enumerate(zip(PUBLISHED_NAMES, HIDDEN, strict=True)):
         size = SIZES[index] * SIZES[index + 1]
@@ -205,7 +205,7 @@ def test_sources_without_the_weights_are_named(tmp_path, cache):
 
 
 @pytest.mark.parametrize("source", ["numpy", "absent.whl", "--pre", "socnavgym @ file:///x", "socnavgym==1 -r x"])
-def test_only_the_package_itself_is_asked_of_pip(cache, monkeypatch, source):
+def test_pip_downloads_only_the_package_itself(cache, monkeypatch, source):
     monkeypatch.setattr("subprocess.run", lambda *_, **__: pytest.fail("pip was run"))
     with pytest.raises(PublishedWeightsError, match=r"^source must be an existing wheel or folder"):
         import_published(source)

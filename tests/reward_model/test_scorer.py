@@ -90,7 +90,7 @@ def shuffled(sequence: SceneSequence, rng: np.random.Generator) -> SceneSequence
     return SceneSequence(tuple(snapshots))
 
 
-def test_the_order_of_people_and_objects_says_nothing(scorer, sequences):
+def test_the_order_of_people_and_objects_does_not_matter(scorer, sequences):
     rng = np.random.default_rng(6)
     others = [shuffled(sequence, rng) for sequence in sequences]
     np.testing.assert_allclose(scorer.score_batch(others), scorer.score_batch(sequences), atol=1e-5)
@@ -123,7 +123,7 @@ def test_padded_answers_are_those_of_single_windows(scorer, monkeypatch):
 
 
 @pytest.mark.skipif(not torch.cuda.is_available(), reason="needs a GPU")
-def test_answers_on_a_gpu(scorer):
+def test_scores_on_a_gpu(scorer):
     windows = random_windows(60, count=7)
     on_gpu = SocialScorer(some_checkpoint(), "random", device="cuda")
     np.testing.assert_allclose(on_gpu.score_windows(windows), scorer.score_windows(windows), atol=1e-3)

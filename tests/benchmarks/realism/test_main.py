@@ -20,7 +20,7 @@ from socnav_env.config import EnvConfig, PeopleConfig
 
 
 def straight_track(start, velocity, rows, first=0):
-    """Someone who walks straight on."""
+    """A person who walks straight ahead."""
     return Track(first, np.array(start) + 0.4 * np.arange(rows)[:, None] * np.array(velocity))
 
 
@@ -63,7 +63,7 @@ def test_every_4_8_s_of_a_track_is_a_walk_among_those_who_are_there():
     assert np.isnan(walks.others[1]).all()
 
 
-def test_on_a_straight_track_every_walker_who_is_told_the_way_is_right():
+def test_on_a_straight_track_every_walker_is_right():
     walks = walks_of({1: straight_track((0.0, 0.0), (1.2, 0.5), HORIZON + 2)})
     for kind in KINDS:
         assert figures_of(walks, straight_walker(walks, kind)) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)

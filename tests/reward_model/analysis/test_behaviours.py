@@ -88,7 +88,7 @@ def test_touching_a_person_is_at_half_a_metre():
     assert touching(Bubbles(0.49))[0].values == {"Q1": 1.0, "Q2": 0.5}
 
 
-def test_a_network_without_opinion_shows_no_behaviour_but_that_objects_are_fine():
+def test_a_constant_network_shows_no_behaviour_but_that_objects_are_fine():
     findings = [finding for behaviour in BEHAVIOURS for finding in behaviour(Bubbles(-1.0))]
     assert [finding.statement for finding in findings if finding.holds] == ["d1"]
     assert len({finding.statement for finding in findings}) == len(findings) == 13

@@ -11,9 +11,9 @@ NAN = math.nan
 
 
 def test_errors_by_hand():
-    answers = np.array([[0.5, 0.2], [0.5, 0.4], [1.0, 0.6]], dtype=np.float32)
+    predictions = np.array([[0.5, 0.2], [0.5, 0.4], [1.0, 0.6]], dtype=np.float32)
     scores = np.array([[0.0, NAN], [0.5, NAN], [1.0, NAN]], dtype=np.float32)
-    found = question_errors(answers, scores)
+    found = question_errors(predictions, scores)
     assert list(found) == ["q1"]
     assert found["q1"].count == 3
     assert found["q1"].mse == pytest.approx(0.25 / 3)
@@ -21,12 +21,12 @@ def test_errors_by_hand():
     assert found["q1"].spearman == pytest.approx(math.sqrt(3) / 2)  # ranks 1.5, 1.5, 3 against 1, 2, 3
 
 
-@pytest.mark.parametrize("answer", [0.5, 0.0])
-def test_answers_that_are_all_the_same_have_no_rank_correlation(answer):
-    answers = np.full((3, 2), answer, dtype=np.float32)
+@pytest.mark.parametrize("prediction", [0.5, 0.0])
+def test_equal_predictions_have_no_rank_correlation(prediction):
+    predictions = np.full((3, 2), prediction, dtype=np.float32)
     scores = np.array([[0.1, NAN], [0.5, NAN], [0.7, NAN]], dtype=np.float32)
-    assert math.isnan(question_errors(answers, scores)["q1"].spearman)
-    assert report(answers, scores, ratings(("1", "a", 0.1, NAN)))["q1"]["spearman"] is None
+    assert math.isnan(question_errors(predictions, scores)["q1"].spearman)
+    assert report(predictions, scores, ratings(("1", "a", 0.1, NAN)))["q1"]["spearman"] is None
 
 
 def test_the_papers_ceiling_by_hand():
@@ -64,9 +64,9 @@ def test_people_on_socnav1(shared_data):
 
 
 def test_the_report_holds_the_ceiling_where_there_is_one():
-    answers = np.full((2, 2), 0.5, dtype=np.float32)
+    predictions = np.full((2, 2), 0.5, dtype=np.float32)
     table = ratings(("1", "a", 0.0, 0.3), ("1", "b", 1.0, NAN))
-    found = report(answers, table.scores.astype(np.float32), table)
+    found = report(predictions, table.scores.astype(np.float32), table)
     assert found["q1"]["mse"] == 0.25
     assert found["q1"]["human_pairs"] == 1.0
     assert "human_pairs" not in found["q2"]
@@ -74,8 +74,8 @@ def test_the_report_holds_the_ceiling_where_there_is_one():
 
 
 def test_a_histogram_is_a_png():
-    answers, scores = np.random.default_rng(0).uniform(0, 1.3, (2, 50, 2)).astype(np.float32)
-    image = error_histogram(answers, scores, "q2")
+    predictions, scores = np.random.default_rng(0).uniform(0, 1.3, (2, 50, 2)).astype(np.float32)
+    image = error_histogram(predictions, scores, "q2")
     assert image.startswith(b"\x89PNG\r\n")
 
 

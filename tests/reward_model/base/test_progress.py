@@ -3,14 +3,14 @@ import pytest
 from reward_model.base.progress import progress_bars, watched
 
 
-def test_nobody_watches(capfd: pytest.CaptureFixture[str]) -> None:
+def test_no_bars_without_a_terminal(capfd: pytest.CaptureFixture[str]) -> None:
     with progress_bars(kept=True) as progress:
         progress.advance(progress.add_task("adding up", total=1))
     assert list(watched(range(3), "counting")) == [0, 1, 2]
     assert capfd.readouterr() == ("", "")
 
 
-def test_somebody_watches(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
+def test_bars_on_a_terminal(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setenv("FORCE_COLOR", "1")  # what rich takes for a terminal
     with progress_bars(kept=True) as progress:
         progress.advance(progress.add_task("adding up", total=1))

@@ -80,7 +80,7 @@ def test_windows_are_mapped_not_read(entry):
 
 @pytest.mark.parametrize("name", ["features.npy", "node_starts.npy", "scores.npy", "names.json", "index.json"])
 @pytest.mark.parametrize("damage", ["missing", "short", "empty", "changed"])
-def test_damage_is_told_in_one_line(entry, name, damage):
+def test_damage_is_reported_in_one_line(entry, name, damage):
     path = entry / name
     content = path.read_bytes()
     changed = content[:-3] + bytes(byte ^ 1 for byte in content[-3:])

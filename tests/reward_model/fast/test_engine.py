@@ -14,15 +14,15 @@ from tests.reward_model.random_scenes import random_windows
 
 @pytest.mark.parametrize("edge_network", sorted(EDGE_NETWORKS))
 @pytest.mark.parametrize("sizes", SIZES)
-def test_answers_are_those_of_the_padded_network(sizes, edge_network):
+def test_scores_are_those_of_the_padded_network(sizes, edge_network):
     windows = random_windows(20 + len(sizes), count=12)
     operators = random_operators(sizes, edge_network)
     fused = FusedNetwork(flat_layers(operators))
     with torch.no_grad():
         expected = torch.relu(propagate(pack_windows(windows), operators)).numpy()
-    answers = fused(windows)
-    assert answers.dtype == np.float32
-    np.testing.assert_allclose(answers, expected, atol=1e-5, rtol=1e-5)
+    scores = fused(windows)
+    assert scores.dtype == np.float32
+    np.testing.assert_allclose(scores, expected, atol=1e-5, rtol=1e-5)
 
 
 def test_the_same_window_gives_the_same_bits_whatever_came_before():

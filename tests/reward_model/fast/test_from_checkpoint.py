@@ -1,4 +1,4 @@
-"""R-GCN and GAT in compiled code: the answers of the layers on DGL, from the checkpoint's tensors."""
+"""R-GCN and GAT in compiled code: the scores of the layers on DGL, from the checkpoint's tensors."""
 
 import numpy as np
 import pytest
@@ -26,7 +26,7 @@ def random_checkpoint(config: NetworkConfig) -> Checkpoint:
     tensors = {name: torch.randn(shape, generator=generator) / 4 for name, shape in tensor_shapes(config).items()}
     for name in tensors:
         if name.startswith(f"layers.{len(config.sizes) - 2}.") and "bias" in name:
-            tensors[name] += 3  # or they would often answer 0
+            tensors[name] += 3  # or many scores would be 0
     return Checkpoint(config, tensors)
 
 
@@ -35,15 +35,13 @@ def checkpoint(request):
     return random_checkpoint(request.param)
 
 
-def test_answers_are_those_on_dgl(checkpoint):
+def test_scores_are_those_on_dgl(checkpoint):
     pytest.importorskip("dgl")
     windows = random_windows(70, count=12)
-    answers, expected = (
-        SocialScorer(checkpoint, "random", form).score_windows(windows) for form in ("compiled", "dgl")
-    )
-    assert answers.dtype == np.float32
+    scores, expected = (SocialScorer(checkpoint, "random", form).score_windows(windows) for form in ("compiled", "dgl"))
+    assert scores.dtype == np.float32
     assert len(set(expected.flatten().tolist())) > 15
-    np.testing.assert_allclose(answers, expected, atol=1e-4, rtol=1e-5)
+    np.testing.assert_allclose(scores, expected, atol=1e-4, rtol=1e-5)
 
 
 def test_the_compiled_form_is_the_first_choice_and_needs_no_dgl(checkpoint, monkeypatch):
@@ -65,7 +63,7 @@ def test_a_batch_gives_the_bits_of_its_singles(checkpoint):
     np.testing.assert_array_equal(scorer.score_windows(windows[::-1]), singles[::-1])
 
 
-def test_any_number_of_threads_gives_the_same_answers(checkpoint, monkeypatch):
+def test_any_number_of_threads_gives_the_same_scores(checkpoint, monkeypatch):
     windows = random_windows(73, count=13)
     scorer = SocialScorer(checkpoint, "random")
     expected = scorer.score_windows(windows)

@@ -79,7 +79,7 @@ def test_bounds_tell_the_places_apart():
 
 @pytest.mark.parametrize("seed", range(3))
 def test_nothing_of_the_graphs_is_lost(seed):
-    """Window by window: every edge with its length, every feature, and the number of edges that a node hears."""
+    """Window by window: every edge with its length, every feature, and the number of edges into each node."""
     for window in random_windows(40 + seed, count=6):
         graph = scene_graph(window)
         nodes, edges = flat_windows(stack_windows([window]))
@@ -105,7 +105,7 @@ def test_nothing_of_the_graphs_is_lost(seed):
 
 
 def place_of_nodes(window):
-    """Where the nodes of a window's graph go: sorted by place in the window and kind, else as they are."""
+    """The places of the nodes of a window's graph, sorted by place in the window and kind, else in their order."""
     keys = [(time, KINDS.index(NodeKind(kind))) for time, each in enumerate(window) for kind in each.arrays.kinds]
     order = sorted(range(len(keys)), key=keys.__getitem__)
     return np.argsort(order)
@@ -117,6 +117,6 @@ def flat_edges(edges):
     counts = [len(others) for _, _, others in groups]
     names = np.repeat([name for name, _, _ in groups], counts)
     centres = np.repeat([centre for _, centre, _ in groups], counts)
-    meeting = np.isin(names, [relation.name for relation in MANY_TO_ONE])
-    sources, targets = np.where(meeting, edges.others, centres), np.where(meeting, centres, edges.others)
+    many_to_one = np.isin(names, [relation.name for relation in MANY_TO_ONE])
+    sources, targets = np.where(many_to_one, edges.others, centres), np.where(many_to_one, centres, edges.others)
     return [Relation[name].value for name in names], sources.tolist(), targets.tolist(), edges.lengths.tolist()

@@ -273,7 +273,7 @@ def test_walls_must_stay():
         sequence_frames(sequence)
 
 
-def test_the_newest_frame_says_how_walls_are_cut():
+def test_walls_are_cut_as_in_the_newest_frame():
     older, newest = np.array([[0.0, 1.0, 0.96, 1.0]]), np.array([[0.0, 1.0, 0.98, 1.0]])
     sequence = SceneSequence((hand_made(walls=older), hand_made(timestamp=1.0, walls=newest)))
     assert [len(frame) for frame in sequence_frames(sequence)] == [6, 6]

@@ -20,7 +20,7 @@ SAMPLES = ("S1_000000", "S1_000003", "S2F_000000", "S2_000000", "S3I_000000", "S
 
 
 def assert_same_json(first, second, place=""):
-    """Numbers to 1e-9, everything else exactly; the order of keys says nothing."""
+    """Numbers to 1e-9, everything else exactly; the order of keys does not matter."""
     if isinstance(first, dict):
         assert isinstance(second, dict) and first.keys() == second.keys(), place
         for key in first:
@@ -116,7 +116,7 @@ def test_sequence_to_json_to_sequence_is_the_identity():
     assert_same_sequence(sequence, parse_socnav2(socnav2_document(sequence), "copy"))
 
 
-def test_an_interval_that_timestamps_do_not_tell_is_written_out():
+def test_an_interval_that_does_not_follow_from_timestamps_is_written():
     sequence = parse_socnav2(hand_made_document(), "hand.json")
     first, second = sequence
     assert all("interval" not in snapshot for snapshot in socnav2_document(sequence))

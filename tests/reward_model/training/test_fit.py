@@ -71,7 +71,7 @@ def test_training_ends_after_its_epochs_in_evaluation_mode():
 
 
 def test_errors_by_hand():
-    """A network whose last layer is its bias alone answers 0.5 and, after the final ReLU, 0."""
+    """A network whose last layer is its bias alone predicts 0.5 and, after the final ReLU, 0."""
     network = new_network()
     for parameter in network.layers[-1].parameters():
         torch.nn.init.constant_(parameter, 0.0)
@@ -89,7 +89,7 @@ def test_errors_are_the_same_in_any_number_of_batches():
 
 
 def test_questions_that_were_not_asked_do_not_count():
-    """Where Q2 is missing everywhere, nothing that only Q2 depends on moves."""
+    """Where Q2 is missing everywhere, the weights that only Q2 depends on do not change."""
     data = labelled()
     data.scores[:, 1] = np.nan
     network = new_network()
@@ -105,7 +105,7 @@ def test_questions_that_were_not_asked_do_not_count():
 
 
 def test_one_question_alone_can_be_trained_on():
-    """As with SocNav1, which never asks for Q2."""
+    """As with SocNav1, which has no Q2."""
     data = labelled()
     data.scores[:, 1] = np.nan
     network = new_network()

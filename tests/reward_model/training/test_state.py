@@ -1,4 +1,4 @@
-"""A training that is interrupted ends like one that is not."""
+"""An interrupted training ends like one that is not interrupted."""
 
 import signal
 import subprocess
@@ -79,7 +79,7 @@ def test_training_leaves_the_global_generator_alone():
         ({}, True, "train_data was "),
     ],
 )
-def test_another_training_is_not_gone_on_with(tmp_path, options, other_data, message):
+def test_the_state_of_another_training_is_refused(tmp_path, options, other_data, message):
     data = labelled()
     fit(network_of("mpnn"), data, data, TrainingConfig(max_epochs=1, batch_size=3), state_file=tmp_path / "state")
     now = labelled(seed=5) if other_data else data
@@ -101,7 +101,7 @@ def test_resuming_needs_a_place():
         fit(network_of("mpnn"), labelled(), labelled(), TrainingConfig(), resume=True)
 
 
-def test_a_training_that_gets_out_of_hand_says_so():
+def test_a_diverged_training_is_reported():
     network = network_of("mpnn")
     torch.nn.init.constant_(network.layers[0].bias, float("nan"))
     with pytest.raises(ValueError, match=r"^training got out of hand, no error is a number; lower learning_rate 0.5$"):
@@ -118,13 +118,13 @@ def test_broken_states_are_refused_in_one_line(tmp_path, content):
     assert "\n" not in str(caught.value)
 
 
-def test_nothing_to_go_on_with(tmp_path):
+def test_a_missing_state_is_refused(tmp_path):
     with pytest.raises(TrainingStateError, match=r"there is no training to go on with; start one without resume$"):
         load_state(tmp_path / "state", {})
 
 
 def test_weights_change_what_counts():
-    """A window that weighs nothing says nothing: a training without it goes the same way."""
+    """A window of weight 0 has no effect: a training without it gives the same network."""
     data = labelled(6)
     weights = np.repeat(np.float32([[1], [1], [1], [1], [0], [0]]), 2, axis=1)
     whole = LabelledWindows(data.windows[:4], data.scores[:4])
