@@ -23,8 +23,9 @@ from reward_model.data.labelled_windows import LabelledWindows
 from reward_model.graph.features import NUM_NODE_FEATURES
 from reward_model.graph.frame import FrameGraph
 from reward_model.graph.windows import mirrored_frame
-from reward_model.networks.checkpoint import Checkpoint, CheckpointError, NetworkConfig, save_checkpoint
+from reward_model.networks.checkpoint import Checkpoint, CheckpointError, save_checkpoint
 from reward_model.networks.factorised_mpnn import EdgelessMPNN
+from reward_model.networks.registry import MPNNConfig
 from reward_model.scenes.scene import ScenarioError, SceneSequence
 from reward_model.scenes.socnav2_json import read_socnav2
 from reward_model.scorer import SocialScorer, load_scorer
@@ -90,7 +91,7 @@ def train(options: Options) -> None:
         for name, size, part in zip(("train", "development", "test"), sizes, range(3), strict=True):
             parts.append(_labelled(teacher, progress, name, size, 3 * options.seed + part, options.jobs))
         torch.manual_seed(options.seed)
-        network_config = NetworkConfig("mpnn", (NUM_NODE_FEATURES, *options.hidden_sizes, 2), "tabulated")
+        network_config = MPNNConfig((NUM_NODE_FEATURES, *options.hidden_sizes, 2), "tabulated")
         network = EdgelessMPNN(network_config.sizes, network_config.edge_network)
         history = _fit(network, parts[0], parts[1], config, progress)
     report = {

@@ -1,4 +1,4 @@
-"""Names that a package offers and that load their module when they are first asked for."""
+"""Names that load their module when they are first asked for."""
 
 from __future__ import annotations
 
@@ -16,3 +16,9 @@ def lazy_attributes(package: str, homes: Mapping[str, str]) -> Callable[[str], A
         return getattr(importlib.import_module(f"{package}.{homes[name]}"), name)
 
     return attribute
+
+
+def entry_point(name: str) -> Any:
+    """What `module:name` stands for."""
+    module, _, attribute = name.partition(":")
+    return getattr(importlib.import_module(module), attribute)

@@ -4,16 +4,11 @@ import pytest
 import torch
 from safetensors.torch import save
 
-from reward_model.networks.checkpoint import (
-    Checkpoint,
-    CheckpointError,
-    NetworkConfig,
-    load_checkpoint,
-    save_checkpoint,
-)
+from reward_model.networks.checkpoint import Checkpoint, CheckpointError, load_checkpoint, save_checkpoint
 from reward_model.networks.factorised_mpnn import EdgelessMPNN
+from reward_model.networks.registry import MPNNConfig
 
-CONFIG = NetworkConfig("mpnn", (42, 4, 2), "tabulated")
+CONFIG = MPNNConfig((42, 4, 2), "tabulated")
 DOCUMENT = {
     "graph_layout": "socnav2-graph-1",
     "network": {"kind": "mpnn", "sizes": [42, 4, 2], "edge_network": "tabulated"},
