@@ -1,6 +1,7 @@
 import inspect
 import json
 import math
+import re
 import subprocess
 import sys
 
@@ -19,13 +20,13 @@ from reward_model.networks.registry import NETWORKS, GATConfig, MPNNConfig, RGCN
         ({"kind": "rgcn", "num_bases": 0}, "num_bases must be at least 1, got 0"),
         ({"kind": "gat", "num_heads": 2, "negative_slope": -1.0}, "negative_slope must lie in 0..1, 1 excluded, got"),
         ({"kind": "gat", "num_heads": 2, "dropout": math.nan}, "dropout must lie in 0..1, 1 excluded, got nan"),
-        ({"kind": "mpnn", "edge_network": "deep"}, r"edge_network must be one of \['perceptron', 'tabulated'\], got"),
-        ({"kind": "gan"}, r"network kind must be one of \['gat', 'mpnn', 'rgcn'.*\], got 'gan'"),
+        ({"kind": "mpnn", "edge_network": "deep"}, "edge_network must be one of ['perceptron', 'tabulated'], got"),
+        ({"kind": "gan"}, f"network kind must be one of {sorted(NETWORKS)}, got 'gan'"),
     ],
 )
 def test_impossible_configs(values, message):
     options = {name: value for name, value in values.items() if name != "kind"}
-    with pytest.raises(ValueError, match=f"^{message}"):
+    with pytest.raises(ValueError, match=f"^{re.escape(message)}"):
         network_config(values["kind"], (42, 2), options)
 
 
