@@ -49,6 +49,6 @@ def _add_field(cls: type, name: str, field_type: Any, default: Any) -> None:
     kinds = [kind for kind, network in NETWORKS.items() if name in network.config.option_fields()]
     if name in cls.__annotations__:
         raise ValueError(f"option {name} of {kinds[0]} must have another name, {cls.__name__} has a field of that name")
-    text = f"Of {' and '.join(kinds)}: {all_options()[name].option.help}."
+    text = f"Of {', '.join(kinds)}: {all_options()[name].option.help}."
     cls.__annotations__[name] = Annotated[field_type, tyro.conf.arg(help=text)]
     setattr(cls, name, default)

@@ -48,7 +48,7 @@ def test_every_option_is_one_field_with_its_help(monkeypatch, capsys):
     with pytest.raises(SystemExit):
         tyro.cli(Command, args=["--help"])
     text = capsys.readouterr().out
-    assert "Of first and second: heads of every layer." in text
+    assert "Of first, second: heads of every layer." in text
     assert "Of first: after every layer." in text
 
 
