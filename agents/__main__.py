@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 import tyro
 from rich.console import Console
 
 from agents.config import RunConfig
-from agents.errors import AgentError
 from agents.files import read_object
-
-USER_ERROR = 2
-INTERRUPTED = 130
+from reward_model.base.commands import Command, check_least, run_command
 
 
 @dataclass(frozen=True)
@@ -39,45 +37,32 @@ class EvaluateAgent:
     jobs: int = 2
     """Processes that share the episodes; the result is the same for any number."""
 
+    def run(self) -> None:
+        """Play all episodes, print the summary and write it where asked to."""
+        from agents.evaluation import evaluate, evaluation_seeds
+        from agents.policy import load_agent
+        from agents.report import evaluation_table
+        from agents.run import check_environment, environment_maker, environment_settings, write_evaluations
 
-COMMANDS: dict[str, Callable[..., EvaluateAgent]] = {"evaluate": EvaluateAgent}
+        check_least(self, episodes=1, jobs=1)
+        environment = read_object(self.env_config) if self.env_config else {}
+        config = RunConfig(reward=self.reward, weights=self.weights, scenario=self.scenario, environment=environment)
+        policy = load_agent(self.agent)
+        check_environment(config)
+        console = Console()
+        with console.status(f"evaluating {self.agent} over {self.episodes} episodes"):
+            result = evaluate(policy, environment_maker(config), evaluation_seeds(self.episodes), self.jobs)
+        console.print(evaluation_table({self.agent: result}))
+        if self.output is not None:
+            write_evaluations({self.agent: result}, environment_settings(config), self.output)
+
+
+COMMANDS: Final[Mapping[str, type[Command]]] = {"evaluate": EvaluateAgent}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a command and return its exit status: 0, or 2 for bad input."""
-    command = tyro.extras.subcommand_cli_from_dict(COMMANDS, prog="python -m agents", args=arguments)
-    try:
-        _evaluate(command)
-    except AgentError as error:
-        print(f"agents: {error}", file=sys.stderr)
-        return USER_ERROR
-    except KeyboardInterrupt:
-        print("agents: interrupted", file=sys.stderr)
-        return INTERRUPTED
-    return 0
-
-
-def _evaluate(command: EvaluateAgent) -> None:
-    from agents.evaluation import evaluate, evaluation_seeds
-    from agents.policy import load_agent
-    from agents.report import evaluation_table
-    from agents.run import check_environment, environment_maker, environment_settings, write_evaluations
-
-    for name in ("episodes", "jobs"):
-        if getattr(command, name) < 1:
-            raise AgentError(f"{name} must be at least 1, got {getattr(command, name)}")
-    environment = read_object(command.env_config) if command.env_config else {}
-    config = RunConfig(
-        reward=command.reward, weights=command.weights, scenario=command.scenario, environment=environment
-    )
-    policy = load_agent(command.agent)
-    check_environment(config)
-    console = Console()
-    with console.status(f"evaluating {command.agent} over {command.episodes} episodes"):
-        result = evaluate(policy, environment_maker(config), evaluation_seeds(command.episodes), command.jobs)
-    console.print(evaluation_table({command.agent: result}))
-    if command.output is not None:
-        write_evaluations({command.agent: result}, environment_settings(config), command.output)
+    """Run a command and return its exit status: 0, 2 for bad input, 130 when interrupted."""
+    return run_command("python -m agents", COMMANDS, arguments)
 
 
 if __name__ == "__main__":

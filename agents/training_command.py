@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -13,9 +12,8 @@ from rich.console import Console
 from agents.config import PPOConfig, RunConfig
 from agents.errors import AgentError
 from agents.files import read_object
+from reward_model.base.commands import INTERRUPTED, exit_status
 
-USER_ERROR = 2
-INTERRUPTED = 130
 FIXED = (
     "reward",
     "weights",
@@ -71,18 +69,14 @@ class Options:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return its exit status: 0, 2 for bad input, 130 if the user stopped it."""
-    console = Console()
-    try:
+
+    def train() -> int:
         config, folder = _prepare(arguments)
         from agents.run import environment_maker, run
 
-        return 0 if run(config, folder, environment_maker(config), console) else INTERRUPTED
-    except AgentError as error:
-        print(f"train_agent.py: {error}", file=sys.stderr)
-        return USER_ERROR
-    except KeyboardInterrupt:
-        print("train_agent.py: interrupted", file=sys.stderr)
-        return INTERRUPTED
+        return 0 if run(config, folder, environment_maker(config), Console()) else INTERRUPTED
+
+    return exit_status("python train_agent.py", train)
 
 
 def _prepare(arguments: Sequence[str] | None) -> tuple[RunConfig, Path]:

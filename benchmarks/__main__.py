@@ -8,67 +8,64 @@ it was measured. docs/speed.md says what they mean. On a machine that does somet
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import torch
-import tyro
 from rich.console import Console
-from rich.progress import track
 
 from benchmarks import environment, learning, network, processes
 from benchmarks.figures import Figure, document_figures, print_figures, write_figures
+from reward_model.base.commands import check_least, run_command
+from reward_model.base.progress import watched
 
 METHODS = {**environment.METHODS, **network.METHODS, **processes.METHODS, **learning.METHODS}
 
 
 @dataclass(frozen=True)
-class Options:
-    """What to measure, and for how long.
+class Benchmarks:
+    """What to measure, and for how long."""
 
-    only: names of sections, all if there are none
-    steps: environment steps in a run, of all worlds together
-    runs: of each environment
-    memory_steps: after which memory is looked at
-    quick: a little of each in less than a minute, to see that it works and not how fast it is
-    output: a JSON file for the figures
-    document: a Markdown file to put the tables into, between the lines that docs/speed.md has for them
-    """
-
-    only: tuple[str, ...] = field(default=())
+    only: tuple[str, ...] = ()
+    """Names of sections, all if there are none."""
     steps: int = 4000
+    """Environment steps in a run, of all worlds together."""
     runs: int = 5
+    """Of each environment."""
     memory_steps: tuple[int, ...] = (100_000, 1_000_000)
+    """After which memory is looked at."""
     quick: bool = False
+    """A little of each in less than a minute, to see that it works and not how fast it is."""
     output: Path | None = None
+    """A JSON file for the figures."""
     document: Path | None = None
+    """A Markdown file to put the tables into, between the lines that docs/speed.md has for them."""
+
+    def run(self) -> None:
+        """Measure, print and write."""
+        check_least(self, steps=1, runs=1)
+        sections = measurements(self)
+        chosen = self.only or tuple(sections)
+        if unknown := sorted(set(chosen) - set(sections)):
+            raise ValueError(f"only must name sections of {', '.join(sections)}, got {', '.join(unknown)}")
+        torch.set_num_threads(1)
+        figures: list[Figure] = []
+        for section in watched(chosen, "measuring"):
+            figures += sections[section]()
+        print_figures(Console(), figures, METHODS)
+        if self.output is not None:
+            write_figures(self.output, figures, METHODS)
+        if self.document is not None:
+            document_figures(self.document, figures, METHODS)
 
 
-def main() -> None:
-    """Measure what the command line asks for."""
-    measure(tyro.cli(Options, description=__doc__))
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit status."""
+    return run_command("python -m benchmarks", Benchmarks, arguments, __doc__)
 
 
-def measure(options: Options) -> None:
-    """Measure, print and write."""
-    sections = measurements(options)
-    chosen = options.only or tuple(sections)
-    if unknown := sorted(set(chosen) - set(sections)):
-        print(f"only must name sections of {', '.join(sections)}, got {', '.join(unknown)}", file=sys.stderr)
-        sys.exit(2)
-    torch.set_num_threads(1)
-    figures: list[Figure] = []
-    for section in track(chosen, "measuring", console=Console(stderr=True), transient=True):
-        figures += sections[section]()
-    print_figures(Console(), figures, METHODS)
-    if options.output is not None:
-        write_figures(options.output, figures, METHODS)
-    if options.document is not None:
-        document_figures(options.document, figures, METHODS)
-
-
-def measurements(options: Options) -> dict[str, Callable[[], list[Figure]]]:
+def measurements(options: Benchmarks) -> dict[str, Callable[[], list[Figure]]]:
     """What there is to measure, by the names that `--only` takes."""
     quick, steps, runs, memory_steps = options.quick, options.steps, options.runs, options.memory_steps
     if quick:
@@ -88,4 +85,4 @@ def measurements(options: Options) -> dict[str, Callable[[], list[Figure]]]:
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -8,18 +8,19 @@ from __future__ import annotations
 
 import json
 import math
+import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
 import numpy as np
 import pymunk
-import tyro
 from numpy.typing import NDArray
 from rich.console import Console
 
+from reward_model.base.commands import check_least, run_command
 from reward_model.base.files import replace_file
 from socnav_env.config import EnvConfig, PopulationConfig
 from socnav_env.observations import LidarObservation
@@ -31,41 +32,43 @@ AGREEMENT = 1e-5  # m
 
 
 @dataclass(frozen=True)
-class Options:
-    """How long to measure.
-
-    scans: in a run
-    runs: of each
-    quick: a few scans of each, to see that it works and not how fast it is
-    output: a JSON file for the figures
-    """
+class Lidar:
+    """How long to measure."""
 
     scans: int = 200
+    """In a run."""
     runs: int = 15
+    """Of each."""
     quick: bool = False
+    """A few scans of each, to see that it works and not how fast it is."""
     output: Path | None = None
+    """A JSON file for the figures."""
+
+    def run(self) -> None:
+        """Measure, print and write."""
+        check_least(self, scans=1, runs=1)
+        scans, runs = (5, 3) if self.quick else (self.scans, self.runs)
+        config, random = EnvConfig(population=CROWD), np.random.default_rng(0)
+        world, lidar = World(sample_layout(config, random), config, random), LidarObservation(config)
+        scanners = {"compiled": lambda: lidar.observe(world, 1.0)["lidar"], "pymunk": _segment_queries(world, lidar)}
+        first, second = (scan() for scan in scanners.values())
+        assert np.abs(np.asarray(first) - np.asarray(second)).max() < AGREEMENT, "both must see the same"
+        times: dict[str, list[float]] = {name: [] for name in scanners}
+        for _ in range(runs):
+            for name, scan in scanners.items():
+                times[name].append(_timed(scan, scans))
+        figures = {name: median(each) for name, each in times.items()}
+        console = Console()
+        for name, microseconds in figures.items():
+            console.print(f"{name}: {microseconds:.1f} us a scan of {len(lidar.beams)} beams")
+        console.print(f"ratio: {figures['pymunk'] / figures['compiled']:.1f}")
+        if self.output is not None:
+            replace_file(self.output, (json.dumps(figures, indent=2) + "\n").encode())
 
 
-def main() -> None:
-    """Measure and print."""
-    options = tyro.cli(Options, description=__doc__)
-    scans, runs = (5, 3) if options.quick else (options.scans, options.runs)
-    config, random = EnvConfig(population=CROWD), np.random.default_rng(0)
-    world, lidar = World(sample_layout(config, random), config, random), LidarObservation(config)
-    scanners = {"compiled": lambda: lidar.observe(world, 1.0)["lidar"], "pymunk": _segment_queries(world, lidar)}
-    first, second = (scan() for scan in scanners.values())
-    assert np.abs(np.asarray(first) - np.asarray(second)).max() < AGREEMENT, "both must see the same"
-    times: dict[str, list[float]] = {name: [] for name in scanners}
-    for _ in range(runs):
-        for name, scan in scanners.items():
-            times[name].append(_timed(scan, scans))
-    figures = {name: median(each) for name, each in times.items()}
-    console = Console()
-    for name, microseconds in figures.items():
-        console.print(f"{name}: {microseconds:.1f} us a scan of {len(lidar.beams)} beams")
-    console.print(f"ratio: {figures['pymunk'] / figures['compiled']:.1f}")
-    if options.output is not None:
-        replace_file(options.output, (json.dumps(figures, indent=2) + "\n").encode())
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit status."""
+    return run_command("python -m benchmarks.lidar", Lidar, arguments, __doc__)
 
 
 def _segment_queries(world: World, lidar: LidarObservation) -> Callable[[], list[float]]:
@@ -104,4 +107,4 @@ def _timed(scan: Callable[[], object], scans: int) -> float:
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -1,6 +1,6 @@
 """What has to be measured in a process of its own: how long an import takes, how much memory playing takes.
 
-`python -m benchmarks.processes WORLDS STEPS...` plays so many worlds with the learned reward and prints the megabytes
+`python -m benchmarks.processes NUM_ENVS STEPS...` plays so many worlds with the learned reward and prints the megabytes
 of memory that the process holds after each number of steps.
 """
 
@@ -12,10 +12,14 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+import tyro
+
 from benchmarks.figures import Figure
+from reward_model.base.commands import check_least, run_command
 
 IMPORTS, MEMORY = "Import", "Memory"
 METHODS: Final = {
@@ -54,25 +58,39 @@ def memory(steps: Sequence[int], num_envs: int) -> list[Figure]:
     return [*figures, Figure(MEMORY, f"growth from {steps[0]:,} steps on", "%", [growth])]
 
 
-def main() -> None:
-    """Play and print."""
-    import numpy as np
+@dataclass(frozen=True)
+class Memory:
+    """What to play."""
 
-    from benchmarks.speed_loops import make_vector
+    num_envs: tyro.conf.Positional[int]
+    """Worlds that are played side by side."""
+    steps: tyro.conf.Positional[tuple[int, ...]]
+    """After which memory is looked at, of all worlds together."""
 
-    num_envs, *steps = map(int, sys.argv[1:])
-    environments = make_vector(num_envs, reward="learned")
-    environments.reset(seed=0)
-    random, megabytes, played = np.random.default_rng(0), [], 0
-    for wanted in steps:
-        while played < wanted:
-            _, _, terminations, truncations, _ = environments.step(random.uniform(-1, 1, (num_envs, 2)))
-            ended = terminations | truncations
-            if ended.any():
-                environments.reset(options={"reset_mask": ended})
-            played += num_envs
-        megabytes.append(_resident() / 1e6)
-    print(json.dumps(megabytes))
+    def run(self) -> None:
+        """Play and print."""
+        check_least(self, num_envs=1)
+        import numpy as np
+
+        from benchmarks.speed_loops import make_vector
+
+        environments = make_vector(self.num_envs, reward="learned")
+        environments.reset(seed=0)
+        random, megabytes, played = np.random.default_rng(0), [], 0
+        for wanted in self.steps:
+            while played < wanted:
+                _, _, terminations, truncations, _ = environments.step(random.uniform(-1, 1, (self.num_envs, 2)))
+                ended = terminations | truncations
+                if ended.any():
+                    environments.reset(options={"reset_mask": ended})
+                played += self.num_envs
+            megabytes.append(_resident() / 1e6)
+        print(json.dumps(megabytes))
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit status."""
+    return run_command("python -m benchmarks.processes", Memory, arguments, __doc__)
 
 
 def _resident() -> int:
@@ -82,4 +100,4 @@ def _resident() -> int:
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -12,9 +12,10 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 import time
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -23,13 +24,13 @@ from typing import NamedTuple
 
 import numpy as np
 import torch
-import tyro
 from rich.console import Console
-from rich.progress import track
 from rich.table import Table
 
 from reward_model.base.arrays import Float32Array
+from reward_model.base.commands import check_least, run_command
 from reward_model.base.files import replace_file
+from reward_model.base.progress import watched
 from reward_model.fast.from_checkpoint import tensor_shapes
 from reward_model.graph.frame import FrameGraph
 from reward_model.graph.windows import frame_graph, sequence_frames, wall_segments
@@ -57,29 +58,6 @@ Score = Callable[[Windows], Float32Array]
 Load = Callable[[Form], SocialScorer]
 
 
-@dataclass(frozen=True)
-class Options:
-    """What to measure.
-
-    data: folder with `socnav2_samples`; SOCNAV_DATA names another default
-    wheel: of socnavgym 0.1.1, to measure its network with its denormal numbers as well (a second a window on
-        processors that are slow with those)
-    runs: of each form
-    threads: that batches may use, where it is measured beside one
-    generated: windows to compare the forms on, beside those of the recordings
-    quick: one run, to see that it works and not how fast it is
-    output: a JSON file for the figures
-    """
-
-    data: Path = DATA
-    wheel: Path | None = None
-    runs: int = 15
-    threads: int = 2
-    generated: int = 1000
-    quick: bool = False
-    output: Path | None = None
-
-
 class Row(NamedTuple):
     """One row: `score` is called with `num_windows` windows at a time as often as they fit into `num_timed`."""
 
@@ -90,47 +68,78 @@ class Row(NamedTuple):
     num_timed: int
 
 
-def main() -> None:
-    """Measure and print."""
-    options = tyro.cli(Options, description=__doc__)
-    torch.set_num_threads(1)
-    console = Console()
-    sequences = recordings(options.data, console)
-    windows = genuine_windows(sequences)
-    networks = networks_here(console)
-    forms = [graph_making(sequences)]
-    for name, load in networks.items():
-        forms += network_forms(name, load, options.threads)
-    if options.wheel is not None:
-        forms.append(Row("published", AS_PUBLISHED, published_as_it_is(options.wheel).score_windows, 1, 2))
+@dataclass(frozen=True)
+class Scoring:
+    """What to measure."""
+
+    data: Path = DATA
+    """Folder with `socnav2_samples`; SOCNAV_DATA names another default."""
+    wheel: Path | None = None
+    """Of socnavgym 0.1.1, to measure its network with its denormal numbers as well (a second a window on processors
+    that are slow with those)."""
+    runs: int = 15
+    """Of each form."""
+    threads: int = 2
+    """That batches may use, where it is measured beside one."""
+    generated: int = 1000
+    """Windows to compare the forms on, beside those of the recordings."""
+    quick: bool = False
+    """One run, to see that it works and not how fast it is."""
+    output: Path | None = None
+    """A JSON file for the figures."""
+
+    def run(self) -> None:
+        """Measure, print and write."""
+        check_least(self, runs=1, threads=1)
+        torch.set_num_threads(1)
+        console = Console()
+        sequences = recordings(self.data, console)
+        windows = genuine_windows(sequences)
+        networks = networks_here(console)
+        forms = [graph_making(sequences)]
+        for name, load in networks.items():
+            forms += network_forms(name, load, self.threads)
+        if self.wheel is not None:
+            forms.append(Row("published", AS_PUBLISHED, published_as_it_is(self.wheel).score_windows, 1, 2))
+        runs = 1 if self.quick else self.runs
+        times = taking_turns(forms, windows, runs)
+        console.print(_table(times, runs))
+        compared = windows[:2] if self.quick else every_window(sequences)
+        compared += generate_windows(2 if self.quick else self.generated, seed=0)
+        apart = {
+            name: differences(name, load, on_dgl, compared)
+            for name, load in networks.items()
+            if (on_dgl := loaded_on_dgl(load)) is not None
+        }
+        for name, (largest, nearly) in apart.items():
+            console.print(f"{name}: {largest:.1e} from DGL at most, 99 % of {len(compared)} windows below {nearly:.1e}")
+        if self.output is not None:
+            rows = [{"network": network, "form": form, "ms": each} for (network, form), each in times.items()]
+            document = {"times": rows, "differences": apart}
+            replace_file(self.output, (json.dumps(document, indent=2) + "\n").encode())
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit status."""
+    return run_command("python -m benchmarks.scoring", Scoring, arguments, __doc__)
+
+
+def taking_turns(forms: list[Row], windows: Windows, runs: int) -> dict[tuple[str, str], list[float]]:
+    """Milliseconds a window of every form in every run, after one that is not timed."""
     times: dict[tuple[str, str], list[float]] = {(form.network, form.name): [] for form in forms}
     for form in forms:
         milliseconds(form, windows[: form.num_windows])
-    runs = 1 if options.quick else options.runs
-    for _ in track(range(runs), "measuring", console=Console(stderr=True), transient=True):
+    for _ in watched(range(runs), "measuring"):
         for form in forms:
             times[form.network, form.name].append(milliseconds(form, windows[: form.num_timed]))
-    console.print(_table(times, runs))
-    compared = windows[:2] if options.quick else every_window(sequences)
-    compared += generate_windows(2 if options.quick else options.generated, seed=0)
-    apart = {
-        name: differences(name, load, on_dgl, compared)
-        for name, load in networks.items()
-        if (on_dgl := loaded_on_dgl(load)) is not None
-    }
-    for name, (largest, nearly) in apart.items():
-        console.print(f"{name}: {largest:.1e} from DGL at most, 99 % of {len(compared)} windows below {nearly:.1e}")
-    if options.output is not None:
-        rows = [{"network": network, "form": form, "ms": each} for (network, form), each in times.items()]
-        document = {"times": rows, "differences": apart}
-        replace_file(options.output, (json.dumps(document, indent=2) + "\n").encode())
+    return times
 
 
 def recordings(data: Path, console: Console) -> list[SceneSequence]:
     """The genuine recordings, or simulated ones where the default folder is not there."""
     sequences = [read_socnav2(file) for file in sorted((data / "socnav2_samples").glob("S*.json"))]
     if not sequences and data != DATA:
-        raise SystemExit(f"{data}: must hold recordings in socnav2_samples; --data names another folder")
+        raise ValueError(f"{data}: must hold recordings in socnav2_samples; --data names another folder")
     if not sequences:
         console.print(f"no recordings in {data / 'socnav2_samples'}: simulated ones take their place")
         sequences = [simulate_sequence(0, index) for index in range(NUM_SIMULATED)]
@@ -220,7 +229,7 @@ def every_window(sequences: list[SceneSequence]) -> Windows:
 def differences(network: str, load: Load, on_dgl: Score, windows: Windows) -> tuple[float, float]:
     """The largest difference between a network's two forms, and what 99 in 100 windows stay below."""
     compiled = load("compiled").score_windows(windows)
-    places = track(range(len(windows)), f"comparing {network}", console=Console(stderr=True), transient=True)
+    places = watched(range(len(windows)), f"comparing {network}")
     expected = np.concatenate([on_dgl([windows[place]]) for place in places])
     apart = np.abs(compiled - expected).max(axis=1)
     return float(apart.max()), float(np.percentile(apart, 99))
@@ -289,4 +298,4 @@ def _table(times: dict[tuple[str, str], list[float]], runs: int) -> Table:
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -9,9 +9,10 @@ data set is loaded from the cache of graphs.
 from __future__ import annotations
 
 import json
+import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from statistics import median
@@ -19,12 +20,12 @@ from typing import Any
 
 import numpy as np
 import torch
-import tyro
 from rich.console import Console
-from rich.progress import track
 from rich.table import Table
 
+from reward_model.base.commands import check_least, run_command
 from reward_model.base.files import replace_file
+from reward_model.base.progress import watched
 from reward_model.data.cache import load_examples, store_examples
 from reward_model.data.examples import Examples
 from reward_model.data.labelled_windows import LabelledWindows
@@ -42,25 +43,48 @@ QUICK_WINDOWS = 4
 
 
 @dataclass(frozen=True)
-class Options:
-    """What to measure.
-
-    windows: of an epoch
-    batch_size: windows of a step
-    runs: epochs of each form
-    cached: windows of the data set that is loaded
-    folder: where that data set is made for the time of the measurement, by default the system's
-    quick: little of everything, to see that it works and not how fast it is
-    output: a JSON file for the figures
-    """
+class Training:
+    """What to measure."""
 
     windows: int = 128
+    """Of an epoch."""
     batch_size: int = 32
+    """Windows of a step."""
     runs: int = 3
+    """Epochs of each form."""
     cached: int = 50_000
+    """Windows of the data set that is loaded."""
     folder: Path | None = None
+    """Where that data set is made for the time of the measurement, by default the system's."""
     quick: bool = False
+    """Little of everything, to see that it works and not how fast it is."""
     output: Path | None = None
+    """A JSON file for the figures."""
+
+    def run(self) -> None:
+        """Measure, print and write."""
+        check_least(self, windows=1, batch_size=1, runs=1, cached=1)
+        torch.set_num_threads(1)
+        num_windows = QUICK_WINDOWS if self.quick else self.windows
+        windows = generate_windows(num_windows, seed=0)
+        data = LabelledWindows(windows, load_scorer("default").score_windows(windows))
+        agreements, times = {}, {}
+        for edge_network in EDGE_NETWORKS:
+            edgeless, on_dgl = Form(edge_network, on_dgl=False), Form(edge_network, on_dgl=True)
+            agreements[edge_network] = agreement(edgeless, on_dgl, data, range(min(self.batch_size, len(data))))
+            forms = {"without edges": edgeless, "DGL": on_dgl}
+            measured = taking_turns(forms, data, self.batch_size, 1 if self.quick else self.runs)
+            times |= {(edge_network, name): seconds for name, seconds in measured.items()}
+            agreements[f"{edge_network}, after these epochs"] = agreement_when_trained(edgeless, data)
+        cache = cache_seconds(windows, 500 if self.quick else self.cached, self.folder)
+        for table in (
+            epochs_table(times, num_windows, self.batch_size),
+            agreement_table(agreements),
+            cache_table(cache),
+        ):
+            Console().print(table)
+        if self.output is not None:
+            replace_file(self.output, (json.dumps(document(times, agreements, cache), indent=2) + "\n").encode())
 
 
 @dataclass(frozen=True)
@@ -110,35 +134,9 @@ class Form:
         return time.process_time() - begin
 
 
-def main() -> None:
-    """Measure and print."""
-    options = tyro.cli(Options, description=__doc__)
-    torch.set_num_threads(1)
-    num_windows = QUICK_WINDOWS if options.quick else options.windows
-    windows = generate_windows(num_windows, seed=0)
-    data = LabelledWindows(windows, load_scorer("default").score_windows(windows))
-    agreements, times = {}, {}
-    for edge_network in EDGE_NETWORKS:
-        edgeless, on_dgl = Form(edge_network, on_dgl=False), Form(edge_network, on_dgl=True)
-        agreements[edge_network] = agreement(edgeless, on_dgl, data, range(min(options.batch_size, len(data))))
-        forms = {"without edges": edgeless, "DGL": on_dgl}
-        measured = taking_turns(forms, data, options.batch_size, 1 if options.quick else options.runs)
-        times |= {(edge_network, name): seconds for name, seconds in measured.items()}
-        agreements[f"{edge_network}, after these epochs"] = agreement_when_trained(edgeless, data)
-    cache = cache_seconds(windows, 500 if options.quick else options.cached, options.folder)
-    for table in (
-        epochs_table(times, num_windows, options.batch_size),
-        agreement_table(agreements),
-        cache_table(cache),
-    ):
-        Console().print(table)
-    if options.output is not None:
-        document = {
-            "seconds": [{"edge_network": edges, "form": form, "epochs": each} for (edges, form), each in times.items()],
-            "agreement": {name: asdict(each) for name, each in agreements.items()},
-            "cache": cache,
-        }
-        replace_file(options.output, (json.dumps(document, indent=2) + "\n").encode())
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit status."""
+    return run_command("python -m benchmarks.training", Training, arguments, __doc__)
 
 
 def agreement(edgeless: Form, on_dgl: Form, data: LabelledWindows, rows: range) -> Agreement:
@@ -159,7 +157,7 @@ def agreement_when_trained(edgeless: Form, data: LabelledWindows) -> Agreement:
 def taking_turns(forms: dict[str, Form], data: LabelledWindows, batch_size: int, runs: int) -> dict[str, list[float]]:
     """Seconds of every form's epochs."""
     seconds: dict[str, list[float]] = {name: [] for name in forms}
-    for _ in track(range(runs), "training", console=Console(stderr=True), transient=True):
+    for _ in watched(range(runs), "training"):
         for name, form in forms.items():
             seconds[name].append(form.epoch(data, batch_size))
     return seconds
@@ -188,6 +186,17 @@ def seconds_of(work: Callable[[], object]) -> float:
     begin = time.process_time()
     work()
     return time.process_time() - begin
+
+
+def document(
+    times: dict[tuple[str, str], list[float]], agreements: dict[str, Agreement], cache: dict[str, Any]
+) -> dict[str, Any]:
+    """All figures as JSON can hold them."""
+    return {
+        "seconds": [{"edge_network": edges, "form": form, "epochs": each} for (edges, form), each in times.items()],
+        "agreement": {name: asdict(each) for name, each in agreements.items()},
+        "cache": cache,
+    }
 
 
 def epochs_table(times: dict[tuple[str, str], list[float]], num_windows: int, batch_size: int) -> Table:
@@ -219,4 +228,4 @@ def cache_table(cache: dict[str, Any]) -> Table:
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -41,3 +41,21 @@ def test_the_sizes_are_right() -> None:
     numbers = sum(box.shape[0] for box in graph.values())
     assert f"{nodes} nodes and {edges:,} edges, {numbers:,} numbers" in TEXT
     assert f"{FlatObservation(EnvConfig()).size} numbers by default" in TEXT
+
+
+PROJECT = DOCS.parent
+FOLDERS = ("reward_model", "socnav_env", "agents", "benchmarks", "docs")
+PAGES = [
+    *sorted(PROJECT.glob("*.md")),
+    *(page for name in FOLDERS for page in sorted((PROJECT / name).glob("**/*.md"))),
+]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(PROJECT)))
+def test_links_and_paths_lead_somewhere(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    links = [link.split("#")[0] for link in re.findall(r"\]\(([^)\s]+)\)", text) if "://" not in link]
+    assert [link for link in links if link and not (page.parent / link).exists()] == []
+    paths = re.findall(r"((?:[a-z_]+/)+\w+\.(?:py|md|toml))\b", text)
+    packages = [PROJECT, *(PROJECT / name for name in ("reward_model", "socnav_env", "agents")), page.parent]
+    assert [path for path in paths if not any((folder / path).exists() for folder in packages)] == []

@@ -24,11 +24,11 @@ speeds and distances to the nearest neighbour, every 0.4 s, beside the real ones
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import tyro
 from rich.console import Console
 from rich.table import Table
 from scipy.stats import ks_2samp
@@ -43,8 +43,9 @@ from benchmarks.realism.crowd_replay import (
 )
 from benchmarks.realism.fit import SEARCHED, fit
 from benchmarks.realism.simulated_crowd import real_crowd, simulated_crowd
-from benchmarks.realism.tracks import Track, TracksError, Walks, read_groups, read_tracks, walks_of
+from benchmarks.realism.tracks import Track, Walks, read_groups, read_tracks, walks_of
 from reward_model.base.arrays import IntArray
+from reward_model.base.commands import run_command
 from socnav_env.config import PeopleConfig
 
 FITTED, CHECKED = "hotel", "zara01"
@@ -52,45 +53,37 @@ PERCENTILES = (5, 25, 50, 75, 95)
 
 
 @dataclass(frozen=True)
-class Options:
-    """Where the recordings are, and whether to search.
-
-    data: folder with hotel.txt, zara01.txt and zara01_groups.txt
-    fit: search parameters on hotel instead of showing how the preset does
-    generations: of the search
-    seed: of the search
-    """
+class Realism:
+    """Where the recordings are, and whether to search."""
 
     data: Path
+    """Folder with hotel.txt, zara01.txt and zara01_groups.txt."""
     fit: bool = False
+    """Search parameters on hotel instead of showing how the preset does."""
     generations: int = 12
+    """Of the search."""
     seed: int = 0
+    """Of the search."""
+
+    def run(self) -> None:
+        """Search, or show all tables. Raises `TracksError` for a file that cannot be used."""
+        console, people = Console(), PeopleConfig.pedestrians()
+        recordings = {name: walks_of(read_tracks(self.data / f"{name}.txt")) for name in (FITTED, CHECKED)}
+        if self.fit:
+            console.print(f"searching on {FITTED}, loss after each generation:")
+            people = fit(recordings[FITTED], self.generations, self.seed, lambda loss: console.print(f"{loss:.4f}"))
+            for name in SEARCHED:
+                console.print(f"{name} = {getattr(people, name):.3g}")
+        for name, walks in recordings.items():
+            console.print(_errors_table(name, walks, people))
+        tracks = read_tracks(self.data / f"{CHECKED}.txt")
+        groups = read_groups(self.data / f"{CHECKED}_groups.txt", tracks)
+        console.print(_crowd_table(list(tracks.values()), groups, people))
 
 
-def main() -> None:
-    """Measure and print."""
-    options = tyro.cli(Options, description=__doc__)
-    try:
-        run(options, Console())
-    except TracksError as error:
-        print(error, file=sys.stderr)
-        sys.exit(2)
-
-
-def run(options: Options, console: Console) -> None:
-    """Search, or show all tables. Raises `TracksError` for a file that cannot be used."""
-    recordings = {name: walks_of(read_tracks(options.data / f"{name}.txt")) for name in (FITTED, CHECKED)}
-    people = PeopleConfig.pedestrians()
-    if options.fit:
-        console.print(f"searching on {FITTED}, loss after each generation:")
-        people = fit(recordings[FITTED], options.generations, options.seed, lambda loss: console.print(f"{loss:.4f}"))
-        for name in SEARCHED:
-            console.print(f"{name} = {getattr(people, name):.3g}")
-    for name, walks in recordings.items():
-        console.print(_errors_table(name, walks, people))
-    tracks = read_tracks(options.data / f"{CHECKED}.txt")
-    groups = read_groups(options.data / f"{CHECKED}_groups.txt", tracks)
-    console.print(_crowd_table(list(tracks.values()), groups, people))
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit status."""
+    return run_command("python -m benchmarks.realism", Realism, arguments, __doc__)
 
 
 def _errors_table(name: str, walks: Walks, people: PeopleConfig) -> Table:
@@ -134,4 +127,4 @@ def _table(title: str, headings: tuple[str, ...]) -> Table:
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -9,19 +9,19 @@ configuration, a robot driving at random among people.
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-import tyro
 from rich.console import Console
 from rich.table import Table
 from scipy.interpolate import interp1d
 
 from reward_model import read_socnav2
 from reward_model.base.arrays import FloatArray
-from reward_model.scenes.scene import ScenarioError
+from reward_model.base.commands import check_least, run_command
 from socnav_env.config import EnvConfig
 from socnav_env.scenes.population import sample_layout
 from socnav_env.simulation.world import World
@@ -43,33 +43,29 @@ class Walking(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Options:
-    """What is compared.
-
-    data: folder with SocNav2 sequences, S*.json
-    scenes: how many are simulated
-    seed: of the simulation
-    """
+class Compare:
+    """What is compared."""
 
     data: Path
+    """Folder with SocNav2 sequences, S*.json."""
     scenes: int = 200
+    """How many are simulated."""
     seed: int = 0
+    """Of the simulation."""
+
+    def run(self) -> None:
+        """Measure and print."""
+        check_least(self, scenes=1, seed=0)
+        files = sorted(self.data.glob("S*.json"))
+        if not files:
+            raise ValueError(f"{self.data}: must hold SocNav2 sequences, S*.json, found none")
+        recorded, simulated = recorded_walking(files), simulated_walking(self.scenes, self.seed)
+        Console().print(_table(len(files), recorded, self.scenes, simulated))
 
 
-def main() -> None:
-    """Measure and print."""
-    options = tyro.cli(Options, description=__doc__)
-    files = sorted(options.data.glob("S*.json"))
-    if not files:
-        print(f"{options.data}: must hold SocNav2 sequences, S*.json, found none", file=sys.stderr)
-        sys.exit(2)
-    try:
-        recorded = recorded_walking(files)
-    except ScenarioError as error:
-        print(error, file=sys.stderr)
-        sys.exit(2)
-    simulated = simulated_walking(options.scenes, options.seed)
-    Console().print(_table(len(files), recorded, options.scenes, simulated))
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit status."""
+    return run_command("python -m benchmarks.realism.walking", Compare, arguments, __doc__)
 
 
 def recorded_walking(files: list[Path]) -> Walking:
@@ -128,4 +124,4 @@ def _table(sequences: int, recorded: Walking, scenes: int, simulated: Walking) -
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -4,37 +4,26 @@ from __future__ import annotations
 
 import json
 import math
-import os
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final, Literal, Protocol
+from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 import tyro
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from reward_model.base.commands import Command, Files, run_command
 from reward_model.base.progress import progress_bars, watched
 from reward_model.commands.learning import Agreement, Evaluate, Train
 from reward_model.commands.studies import Experiments, Label, Search
 
 if TYPE_CHECKING:
     from reward_model.graph.frame import FrameGraph
-
-USER_ERROR: Final = 2
-INTERRUPTED: Final = 130
-
-
-class Command(Protocol):
-    """What can be run; its fields are its options and its docstring is its help."""
-
-    def run(self) -> None:
-        """Do it. Raises `ValueError` with one line per problem for what the user can put right."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -45,7 +34,7 @@ class Score:
     a line on stderr names each bad file, and the exit status is 2.
     """
 
-    files: Annotated[tyro.conf.Positional[tuple[Path, ...]], tyro.conf.arg(metavar="FILE...", help_behavior_hint="")]
+    files: Files
     """SocNav2 JSON files."""
     weights: str = "default"
     """default (what ships), published (after import-published) or a checkpoint folder."""
@@ -167,34 +156,23 @@ class Behaviours:
             Console().print(table)
 
 
-AnyCommand = (
-    Annotated[Score, tyro.conf.subcommand("score")]
-    | Annotated[Heatmaps, tyro.conf.subcommand("heatmap")]
-    | Annotated[Behaviours, tyro.conf.subcommand("behaviours")]
-    | Annotated[ImportPublished, tyro.conf.subcommand("import-published")]
-    | Annotated[Train, tyro.conf.subcommand("train")]
-    | Annotated[Search, tyro.conf.subcommand("search")]
-    | Annotated[Label, tyro.conf.subcommand("label")]
-    | Annotated[Experiments, tyro.conf.subcommand("experiments")]
-    | Annotated[Evaluate, tyro.conf.subcommand("evaluate")]
-    | Annotated[Agreement, tyro.conf.subcommand("agreement")]
-)
+COMMANDS: Final[Mapping[str, type[Command]]] = {
+    "score": Score,
+    "heatmap": Heatmaps,
+    "behaviours": Behaviours,
+    "import-published": ImportPublished,
+    "train": Train,
+    "search": Search,
+    "label": Label,
+    "experiments": Experiments,
+    "evaluate": Evaluate,
+    "agreement": Agreement,
+}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return its exit status: 0, 2 for bad input, 130 when interrupted."""
-    command: Command = tyro.cli(AnyCommand, prog="python -m reward_model", args=arguments)
-    try:
-        command.run()
-    except BrokenPipeError:  # whoever reads our output has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    except (ValueError, OSError) as error:
-        print("\n".join(f"reward_model: {line}" for line in str(error).splitlines()), file=sys.stderr)
-        return USER_ERROR
-    except KeyboardInterrupt:
-        print("reward_model: interrupted", file=sys.stderr)
-        return INTERRUPTED
-    return 0
+    return run_command("python -m reward_model", COMMANDS, arguments)
 
 
 def _score_lines(files: Sequence[Path], scores: Sequence[tuple[float, float]]) -> list[str]:

@@ -8,9 +8,10 @@ from typing import Annotated, Literal
 
 import tyro
 
+from reward_model.base.commands import check_least
 from reward_model.base.progress import progress_bars
 from reward_model.commands.learning import graph_folder
-from reward_model.studies.search_space import Ranges, SearchSpace
+from reward_model.studies.search_space import SearchSpace
 
 
 @dataclass(frozen=True)
@@ -27,7 +28,7 @@ class Search:
     """A .jsonl file of SocNav1 ratings, a .txt list of SocNav2 recordings, or a folder (docs/datasets.md)."""
     output: Path
     """The folder of the study."""
-    space: Annotated[Ranges, tyro.conf.arg(name="")]
+    space: Annotated[SearchSpace, tyro.conf.arg(name="")]
     sessions: int = 341
     """Trainings in all."""
     jobs: int = 1
@@ -71,7 +72,7 @@ class Search:
         data = DataConfig(
             self.data, self.augment, self.held_out, self.split_seed, cache, self.frames, self.test, self.teacher
         )
-        rows = search(data, SearchSpace(**vars(self.space)), config, self.output, self.resume)
+        rows = search(data, self.space, config, self.output, self.resume)
         print(markdown(best_of_blocks(rows)), end="", flush=True)
 
 
@@ -139,8 +140,7 @@ class Label:
         """Label, and print where the copies are."""
         from reward_model.data.labelling import label_files, unlabelled_files
 
-        if self.jobs < 1:
-            raise ValueError(f"jobs must be at least 1, got {self.jobs}")
+        check_least(self, jobs=1)
         files = unlabelled_files(self.data, self.output)
         with progress_bars() as progress:
             bar = progress.add_task("label", total=len(files))

@@ -1,21 +1,38 @@
-"""Scores of a network written into recordings, as people's are: what another network can learn from."""
+"""Scores of a network as labels, which another network can learn: of windows, and in recordings as people's are."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Final
 
 import joblib
+import numpy as np
 
 from reward_model.base.files import replace_file
 from reward_model.data.examples import DatasetError
 from reward_model.data.files import find_files
+from reward_model.data.labelled_windows import LabelledWindows
+from reward_model.graph.frame import FrameGraph
 from reward_model.scenes.scene import LabelledSequence, ScenarioError
 from reward_model.scenes.socnav2_json import encode_socnav2, read_socnav2
 from reward_model.scorer import SocialScorer, load_scorer
 
-_TOGETHER: Final = 100  # recordings that are scored at a time
+_TOGETHER: Final = 100  # recordings or windows that are scored at a time
+
+
+def label_windows(
+    scorer: SocialScorer, windows: Sequence[Sequence[FrameGraph]], report: Callable[[int], object] = lambda count: None
+) -> LabelledWindows:
+    """Score windows, as many at a time as keep a progress bar moving.
+
+    report: is told how many have been scored since the last time
+    """
+    scores = [np.zeros((0, 2), dtype=np.float32)]
+    for start in range(0, len(windows), _TOGETHER):
+        scores.append(scorer.score_windows(windows[start : start + _TOGETHER]))
+        report(len(scores[-1]))
+    return LabelledWindows(windows, np.concatenate(scores))
 
 
 def unlabelled_files(data: Path, output: Path) -> tuple[Path, ...]:

@@ -29,10 +29,11 @@ class Draw(NamedTuple):
 
 @dataclass(frozen=True)
 @with_option_ranges
-class Ranges:
-    """The fields of a search space, not checked: what the command line has.
+class SearchSpace:
+    """Ranges to draw from, both ends included; sessions take the blocks in turn.
 
     Every option of a network has a field, too: the range to draw it from, or its value where none is drawn.
+    Raises `ValueError` for ranges that nothing can be drawn from.
     """
 
     blocks: tuple[Kind, ...] = ("rgcn", "gat", "mpnn")
@@ -51,14 +52,6 @@ class Ranges:
     """Of every session."""
     patience: int = 4
     """Epochs without a better development error before a session ends."""
-
-
-@dataclass(frozen=True)
-class SearchSpace(Ranges):
-    """Ranges to draw from, both ends included; sessions take the blocks in turn.
-
-    Raises `ValueError` for ranges that nothing can be drawn from.
-    """
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():

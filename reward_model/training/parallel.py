@@ -15,9 +15,9 @@ from typing import Any, Final, Literal
 import joblib
 import torch
 from filelock import FileLock
-from rich.progress import Progress
 
 from reward_model.base.files import replace_file
+from reward_model.base.progress import progress_bars
 from reward_model.data.loading import load_parts
 from reward_model.training.fit import DivergedError
 from reward_model.training.session import STATE_FILE, Session, learn
@@ -81,7 +81,7 @@ def _learned(session: Session, folder: Path, resume: bool) -> dict[str, Any]:
     threads = torch.get_num_threads()
     torch.set_num_threads(1)  # sums depend on the number of threads, and results shall not on that of jobs
     try:
-        with Progress(disable=True) as progress:
+        with progress_bars(shown=False) as progress:
             parts = load_parts(session.data, progress)
         return learn(session, parts, folder, resume=resume)
     except DivergedError as error:

@@ -5,20 +5,22 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Final, Literal
 
 import numpy as np
-from rich.progress import Progress, TaskID
+from rich.progress import Progress
 
 from reward_model.analysis.evaluation import error_histogram, report
-from reward_model.base.arrays import Float32Array
 from reward_model.base.files import replace_file
 from reward_model.base.progress import progress_bars
 from reward_model.data.examples import DatasetError, Examples, Part
+from reward_model.data.labelled_windows import LabelledWindows
+from reward_model.data.labelling import label_windows
 from reward_model.data.loading import DataConfig, load_part, load_parts
 from reward_model.networks.building import trainable_network, usable_device
 from reward_model.networks.checkpoint import Checkpoint, save_checkpoint
@@ -30,7 +32,6 @@ from reward_model.training.fit import Epoch, TrainingConfig, best_epoch, errors,
 STATE_FILE: Final = "training_state.safetensors"
 CURVE_FILE: Final = "curve.csv"
 TENSORBOARD_FOLDER: Final = "tensorboard"
-_SCORED_AT_ONCE: Final = 100  # windows between two moves of the progress bar
 
 
 @dataclass(frozen=True)
@@ -57,8 +58,7 @@ def train(session: Session, output: Path, resume: bool = False) -> dict[str, Any
         raise DatasetError(f"{output}: holds a training already; resume it or choose another output")
     with progress_bars(kept=True) as progress:
         parts = load_parts(session.data, progress)
-        bar = progress.add_task("train", total=session.training.max_epochs)
-        with _Log(output, progress, bar) as log:
+        with _Log(output, epoch_bar(progress, session.training.max_epochs)) as log:
             about = learn(session, parts, output, log, resume)
     for question in sorted(set(QUESTIONS) - set(about["questions"])):
         progress.console.print(
@@ -75,18 +75,40 @@ def learn(
     resume: bool = False,
 ) -> dict[str, Any]:
     """Train on parts of a data set and save the checkpoint, which keeps what this returns; see `train`."""
-    data, config = session.data, session.training
-    network = trainable_network(session.network, config.seed)
-    learned = parts["train"].labelled_clips(session.clips_alike)
-    history = fit(network, learned, parts["development"].labelled(), config, after_epoch, output / STATE_FILE, resume)
-    best = best_epoch(history)
-    about: dict[str, Any] = {
+    data = session.data
+    windows = {part: examples.labelled() for part, examples in parts.items()}
+    windows["train"] = parts["train"].labelled_clips(session.clips_alike)
+    trained = learn_windows(session.network, session.training, windows, after_epoch, output / STATE_FILE, resume)
+    about = {
         "data": data.path.name,
         "questions": _asked(parts["train"]),
         "examples": {part: len(examples) for part, examples in parts.items()},
         "augmentation": data.augmentation,
         "frames": data.frames,
         "teacher": data.teacher,
+        **trained.about,
+    }
+    save_checkpoint(output, replace(trained, about=about))
+    return about
+
+
+def learn_windows(
+    network_config: NetworkConfig,
+    config: TrainingConfig,
+    parts: Mapping[Part, LabelledWindows],
+    after_epoch: Callable[[Epoch], None] = lambda epoch: None,
+    state_file: Path | None = None,
+    resume: bool = False,
+) -> Checkpoint:
+    """Train a network on labelled windows; the checkpoint says how, and what its errors are.
+
+    parts: with a train and a development part; of a test part the errors of the questions that were asked are told
+    after_epoch, state_file, resume: see `fit`, which also says what is raised
+    """
+    network = trainable_network(network_config, config.seed)
+    history = fit(network, parts["train"], parts["development"], config, after_epoch, state_file, resume)
+    best = best_epoch(history)
+    about: dict[str, Any] = {
         "training": asdict(config),
         "epochs": len(history),
         "best_epoch": best.number,
@@ -95,11 +117,20 @@ def learn(
         "parameters": sum(parameter.numel() for parameter in network.parameters()),
     }
     if "test" in parts:
-        found = errors(network, parts["test"].labelled(), config.device).tolist()
+        found = errors(network, parts["test"], config.device).tolist()
         about["test_error"] = {q: e for q, e in zip(QUESTIONS, found, strict=True) if not np.isnan(e)}
-    state = {name: tensor.cpu() for name, tensor in network.state_dict().items()}
-    save_checkpoint(output, Checkpoint(session.network, state, about))
-    return about
+    return Checkpoint(network_config, {name: tensor.cpu() for name, tensor in network.state_dict().items()}, about)
+
+
+def epoch_bar(progress: Progress, max_epochs: int) -> Callable[[Epoch], None]:
+    """Add a bar of epochs and return what shows one on it that is over, with its errors."""
+    bar = progress.add_task("train", total=max_epochs)
+
+    def after_epoch(epoch: Epoch) -> None:
+        line = f"train, errors {epoch.train_error:.5f} / {epoch.development_error:.5f}"
+        progress.update(bar, advance=1, description=line)
+
+    return after_epoch
 
 
 def evaluate(
@@ -112,7 +143,8 @@ def evaluate(
     """
     with progress_bars() as progress:
         examples = load_part(data, part, progress)
-        answers = _answers(scorer, examples, progress)
+        bar = progress.add_task("score", total=len(examples))
+        answers = label_windows(scorer, examples.windows, partial(progress.advance, bar)).scores
     found = {"weights": scorer.name, "data": str(data.path), "part": part, "examples": len(examples)}
     document = found | report(answers, examples.scores, examples.ratings())
     if output is not None:
@@ -124,12 +156,12 @@ def evaluate(
 
 
 class _Log:
-    """Tells of every epoch: on the terminal, in a CSV file and in TensorBoard."""
+    """Tells of every epoch: to whoever wants to show it, in a CSV file and in TensorBoard."""
 
-    def __init__(self, folder: Path, progress: Progress, bar: TaskID) -> None:
+    def __init__(self, folder: Path, show: Callable[[Epoch], None]) -> None:
         from torch.utils.tensorboard import SummaryWriter
 
-        self._folder, self._progress, self._bar = folder, progress, bar
+        self._folder, self._show = folder, show
         self._epochs: list[Epoch] = []
         folder.mkdir(parents=True, exist_ok=True)
         # A resumed training tells its epochs anew; what was logged before is void.
@@ -153,17 +185,7 @@ class _Log:
         for name in ("train", "development"):
             value = getattr(epoch, f"{name}_error")
             self._writer.add_scalar(f"error/{name}", value, epoch.number)
-        line = f"train, errors {epoch.train_error:.5f} / {epoch.development_error:.5f}"
-        self._progress.update(self._bar, advance=1, description=line)
-
-
-def _answers(scorer: SocialScorer, examples: Examples, progress: Progress) -> Float32Array:
-    bar = progress.add_task("score", total=len(examples))
-    answers = []
-    for start in range(0, len(examples), _SCORED_AT_ONCE):
-        answers.append(scorer.score_windows(examples.windows[start : start + _SCORED_AT_ONCE]))
-        progress.advance(bar, len(answers[-1]))
-    return np.concatenate(answers)
+        self._show(epoch)
 
 
 def _asked(examples: Examples) -> list[str]:

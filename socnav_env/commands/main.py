@@ -4,33 +4,22 @@ from __future__ import annotations
 
 import json
 import math
-import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Final, Protocol
+from typing import Annotated, Final
 
 import tyro
 
+from reward_model.base.commands import USER_ERROR, Command, Files, check_least, print_error, run_command
 from reward_model.base.files import replace_file
 from socnav_env.commands.pictures import Output, Play, Render
 from socnav_env.config import EnvConfig, PeopleConfig, RobotConfig
 
+PROGRAM: Final = "python -m socnav_env"
 DIFFERENT: Final = 1
 BROKEN_OFF: Final = 1
-USER_ERROR: Final = 2
-INTERRUPTED: Final = 130
 ZIP_START: Final = b"PK"
-
-Files = Annotated[tyro.conf.Positional[tuple[Path, ...]], tyro.conf.arg(metavar="FILE...", help_behavior_hint="")]
-
-
-class Command(Protocol):
-    """What can be run; its fields are its options and its docstring is its help."""
-
-    def run(self) -> int:
-        """Do it; returns the exit status. Raises `ValueError` for what the user can put right."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -170,9 +159,7 @@ class Generate:
 
     def run(self) -> int:
         """Simulate and write what is missing; print how many that were."""
-        for name, least in (("num_sequences", 1), ("jobs", 1), ("seed", 0)):
-            if getattr(self, name) < least:
-                raise ValueError(f"{name} must be at least {least}, got {getattr(self, name)}")
+        check_least(self, num_sequences=1, jobs=1, seed=0)
         from reward_model.base.progress import progress_bars
         from socnav_env.simulated_data.files import GenerationError, generate_sequences
 
@@ -189,13 +176,13 @@ class Generate:
                     lambda count: progress.advance(task, count),
                 )
             except GenerationError as error:
-                _complain(error)
+                print_error(PROGRAM, error)
                 return BROKEN_OFF
         print(f"{self.output}: {made} new sequences, {self.num_sequences} in all")
         return 0
 
 
-COMMANDS: Final[dict[str, Callable[..., Command]]] = {
+COMMANDS: Final[Mapping[str, type[Command]]] = {
     "render": Render,
     "play": Play,
     "replay": Replay,
@@ -209,22 +196,7 @@ COMMANDS: Final[dict[str, Callable[..., Command]]] = {
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return its exit status: 0, 2 for bad input, 130 when interrupted, or one of its own."""
-    command: Command = tyro.extras.subcommand_cli_from_dict(COMMANDS, prog="python -m socnav_env", args=arguments)
-    try:
-        return command.run()
-    except (ValueError, OSError) as error:
-        _complain(error)
-        return USER_ERROR
-    except KeyboardInterrupt:
-        print("socnav_env: interrupted", file=sys.stderr)
-        return INTERRUPTED
-
-
-def _complain(error: Exception) -> None:
-    message = str(error)
-    if isinstance(error, OSError) and error.filename is not None:
-        message = f"{error.filename}: cannot open it: {error.strerror}"
-    print("\n".join(f"socnav_env: {line}" for line in message.splitlines()), file=sys.stderr)
+    return run_command(PROGRAM, COMMANDS, arguments)
 
 
 def _is_recording(path: Path) -> bool:
@@ -241,7 +213,7 @@ def _reported(path: Path) -> int:
         recording = read_recording(path)
         difference = first_difference(recording.trajectory, replay(recording))
     except ValueError as error:
-        _complain(error)
+        print_error(PROGRAM, error)
         return USER_ERROR
     steps = len(recording.trajectory)
     print(f"{path}: identical, {steps} steps" if difference is None else f"{path}: {difference}", flush=True)

@@ -1,14 +1,17 @@
 import json
 
+import numpy as np
 import pytest
 
 from reward_model.analysis.synthetic_scenes import Person, SyntheticScene
 from reward_model.commands.main import main
 from reward_model.data.files import find_files, read_files
+from reward_model.data.labelling import label_windows
 from reward_model.scenes.scene import ScenarioError
 from reward_model.scenes.socnav2_json import read_socnav2
 from reward_model.scorer import load_scorer
 from tests.reward_model.example_scenes import hand_made_document
+from tests.reward_model.random_scenes import random_windows
 from tests.reward_model.scenes.test_socnav1 import RATING
 
 
@@ -70,3 +73,26 @@ def test_what_cannot_be_labelled_is_one_line(folder, tmp_path, capsys):
     assert not (tmp_path / "labelled").exists()
     with pytest.raises(ScenarioError):
         list(read_files(find_files(folder)["all"]))
+
+
+class Counting:
+    """Scores a window with the number of windows that came before it and its number of frames."""
+
+    def __init__(self):
+        self.seen = 0
+
+    def score_windows(self, windows):
+        numbers = range(self.seen, self.seen + len(windows))
+        self.seen += len(windows)
+        return np.array([[number, len(window)] for number, window in zip(numbers, windows, strict=True)], np.float32)
+
+
+def test_windows_are_labelled_in_their_order():
+    windows = random_windows(seed=0, count=5) * 50
+    reported = []
+    labelled = label_windows(Counting(), windows, reported.append)
+    assert labelled.windows is windows
+    assert labelled.scores.tolist() == [[number, len(window)] for number, window in enumerate(windows)]
+    assert (labelled.scores.dtype, labelled.weights) == (np.float32, None)
+    assert reported == [100, 100, 50]
+    assert label_windows(Counting(), []).scores.shape == (0, 2)
