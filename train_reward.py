@@ -46,13 +46,13 @@ class TrainReward:
         check_least(self, num_windows=1, num_held_out=1, seed=0, jobs=1)
         from reward_model.data.examples import PARTS
         from reward_model.graph.features import NUM_NODE_FEATURES
-        from reward_model.networks.checkpoint import NetworkConfig
+        from reward_model.networks.registry import MPNNConfig
         from reward_model.scorer import load_scorer
         from reward_model.training.distillation import compared, distil, recordings_to_compare, save_with_card
         from reward_model.training.fit import TrainingConfig
         from socnav_env.simulated_data.windows import generate_windows
 
-        network = NetworkConfig("mpnn", (NUM_NODE_FEATURES, *self.hidden_sizes, 2), "tabulated")
+        network = MPNNConfig((NUM_NODE_FEATURES, *self.hidden_sizes, 2), "tabulated")
         config = TrainingConfig(self.max_epochs, self.patience, self.batch_size, self.learning_rate, seed=self.seed)
         recordings = [] if self.genuine is None else recordings_to_compare(self.genuine)
         teacher = load_scorer("published")

@@ -34,7 +34,8 @@ from reward_model.base.progress import watched
 from reward_model.fast.from_checkpoint import tensor_shapes
 from reward_model.graph.frame import FrameGraph
 from reward_model.graph.windows import frame_graph, sequence_frames, wall_segments
-from reward_model.networks.checkpoint import Checkpoint, CheckpointError, NetworkConfig
+from reward_model.networks.checkpoint import Checkpoint, CheckpointError
+from reward_model.networks.registry import MPNNConfig, NetworkConfig
 from reward_model.published import SIZES, STATE_FILE
 from reward_model.scenes.scene import SceneSequence
 from reward_model.scenes.socnav2_json import read_socnav2
@@ -247,7 +248,7 @@ def published_as_it_is(wheel: Path) -> SocialScorer:
         for name, tensor in state.items()
         if name.startswith(theirs)
     }
-    return SocialScorer(Checkpoint(NetworkConfig("mpnn", SIZES, "perceptron"), tensors), "as published", "dgl")
+    return SocialScorer(Checkpoint(MPNNConfig(SIZES, "perceptron"), tensors), "as published", "dgl")
 
 
 def on_threads(score: Score, threads: int) -> Score:

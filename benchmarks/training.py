@@ -31,8 +31,8 @@ from reward_model.data.examples import Examples
 from reward_model.data.labelled_windows import LabelledWindows
 from reward_model.graph.features import NUM_NODE_FEATURES
 from reward_model.graph.frame import FrameGraph
-from reward_model.networks.checkpoint import NetworkConfig
-from reward_model.networks.registry import network_on_dgl, trainable_network
+from reward_model.networks.building import network_on_dgl, trainable_network
+from reward_model.networks.registry import MPNNConfig
 from reward_model.scorer import load_scorer
 from socnav_env.simulated_data.windows import generate_windows
 
@@ -105,7 +105,7 @@ class Form:
 
     def __init__(self, edge_network: str, on_dgl: bool) -> None:
         self.edge_network = edge_network
-        config = NetworkConfig("mpnn", SIZES, edge_network)
+        config = MPNNConfig(SIZES, edge_network)
         started = trainable_network(config, seed=0)
         self.network = network_on_dgl(config) if on_dgl else started
         self.network.load_state_dict(started.state_dict())

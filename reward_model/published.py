@@ -23,7 +23,8 @@ import torch
 from torch import Tensor
 
 from reward_model.graph.features import NUM_EDGE_FEATURES
-from reward_model.networks.checkpoint import Checkpoint, NetworkConfig, save_checkpoint
+from reward_model.networks.checkpoint import Checkpoint, save_checkpoint
+from reward_model.networks.registry import MPNNConfig
 from reward_model.scorer import cache_folder
 
 PACKAGE: Final = "socnavgym"
@@ -57,7 +58,7 @@ def import_published(source: str | os.PathLike[str]) -> Path:
     tensors = _converted(_load_state(content, place), place)
     path = cache_folder() / "published"
     try:
-        save_checkpoint(path, Checkpoint(NetworkConfig("mpnn", SIZES, "perceptron"), tensors, dict(_ABOUT)))
+        save_checkpoint(path, Checkpoint(MPNNConfig(SIZES, "perceptron"), tensors, dict(_ABOUT)))
     except OSError as error:
         raise PublishedWeightsError(
             f"{path}: cannot write the weights there ({error.strerror or error}); "

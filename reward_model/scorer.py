@@ -12,17 +12,15 @@ import platformdirs
 import torch
 
 from reward_model.base.arrays import Float32Array
-from reward_model.fast.engine import FusedNetwork
-from reward_model.fast.from_checkpoint import FLAT_KINDS, flat_network, tensor_shapes
-from reward_model.fast.relational_weights import flat_layers
+from reward_model.base.lazy import entry_point
 from reward_model.graph.features import NUM_FRAMES
 from reward_model.graph.frame import FrameGraph
 from reward_model.graph.windows import sequence_frames
-from reward_model.networks.checkpoint import Checkpoint, CheckpointError, NetworkConfig, load_checkpoint
-from reward_model.networks.factorised_mpnn import EdgelessMPNN, propagate
-from reward_model.networks.operator_cache import OPERATORS_FILE, kept_operators
-from reward_model.networks.padded_windows import pack_windows
-from reward_model.networks.registry import network_on_dgl, torch_device
+from reward_model.networks.building import network_on_dgl, torch_device, trained_network, with_weights
+from reward_model.networks.checkpoint import Checkpoint, CheckpointError, load_checkpoint
+from reward_model.networks.operator_cache import OPERATORS_FILE
+from reward_model.networks.registry import NETWORKS
+from reward_model.networks.window_network import WindowNetwork
 from reward_model.scenes.scene import SceneSequence, Scores
 
 Form = Literal["auto", "compiled", "dgl"]
@@ -40,8 +38,8 @@ class SocialScorer:
     """A trained network that predicts how acceptable people find a robot's last second.
 
     name: name of the weights, for reports
-    form: `compiled` (fast, needs no DGL; an R-GCN's and a GAT's run on the CPU only), `dgl` (the network as it is
-        defined), or `auto`, the compiled form where there is one for the device and else DGL's
+    form: `compiled` (needs no DGL: compiled code on the CPU, elsewhere PyTorch for networks that are trained without
+        DGL), `dgl` (the network as it is defined), or `auto`, the compiled form where there is one and else DGL's
     device: PyTorch's name of the device; compiled networks are fastest for single windows on `cpu`
     operators_file: cache of the operators that the compiled form computes from the weights
     Raises `CheckpointError` where the weights do not fit their network, it has no compiled form for the device or DGL
@@ -84,57 +82,31 @@ class SocialScorer:
 
 
 def _network(checkpoint: Checkpoint, form: Form, device: torch.device, operators_file: Path | None) -> _Network:
-    kind = checkpoint.config.kind
-    if form == "dgl" or (form == "auto" and kind in FLAT_KINDS and device.type != "cpu"):
-        return _OnDGL(checkpoint, device)
-    if kind not in FLAT_KINDS:
-        return _CompiledMPNN(checkpoint, device, operators_file)
-    if device.type != "cpu":
-        raise CheckpointError(f"the compiled form of {kind} runs on the cpu only, got device '{device}'")
-    _check_state(checkpoint, tensor_shapes(checkpoint.config))
-    return FusedNetwork(flat_network(checkpoint.config, checkpoint.tensors))
+    kind, network = checkpoint.config.kind, NETWORKS[checkpoint.config.kind]
+    if form != "dgl" and network.compiled and device.type == "cpu":
+        compiled: _Network = entry_point(network.compiled)(checkpoint, operators_file)
+        return compiled
+    if form != "dgl" and not network.trained_on_dgl:
+        return _OnPyTorch(trained_network(checkpoint).for_scoring(device, operators_file), device, _LARGEST_BATCH)
+    if form == "compiled":
+        where = f"runs on the cpu only, got device '{device}'" if network.compiled else "does not exist"
+        raise CheckpointError(f"the compiled form of {kind} {where}")
+    on_dgl = with_weights(network_on_dgl(checkpoint.config, str(device)), checkpoint)
+    return _OnPyTorch(on_dgl.for_scoring(device), device, 1)
 
 
-class _CompiledMPNN:
-    """Windows through compiled code of our own on the CPU, or padded together through PyTorch wherever else."""
+class _OnPyTorch:
+    """A network that computes on PyTorch, with DGL or without, so many windows at once."""
 
-    def __init__(self, checkpoint: Checkpoint, device: torch.device, operators_file: Path | None) -> None:
-        network = EdgelessMPNN(checkpoint.config.sizes, checkpoint.config.edge_network)
-        _load_state(network, checkpoint)
-        with torch.no_grad():
-            layers = (
-                network.operators()
-                if operators_file is None
-                else kept_operators(operators_file, checkpoint.tensors, network.operators)
-            )
-        self._fused = FusedNetwork(flat_layers(layers)) if device.type == "cpu" else None
-        self._layers = [layer.to(device) for layer in layers]
-        self._device = device
+    def __init__(self, network: WindowNetwork, device: torch.device, batch_size: int) -> None:
+        self._network, self._device, self._batch_size = network, device, batch_size
 
     def __call__(self, windows: Sequence[Sequence[FrameGraph]]) -> Float32Array:
-        if self._fused is not None:
-            return self._fused(windows)
         with torch.inference_mode():
             answers = [
-                torch.relu(
-                    propagate(pack_windows(windows[start : start + _LARGEST_BATCH]).to(self._device), self._layers)
-                )
-                for start in range(0, len(windows), _LARGEST_BATCH)
+                torch.relu(self._network.answers(windows[start : start + self._batch_size], self._device))
+                for start in range(0, len(windows), self._batch_size)
             ]
-        scores: Float32Array = torch.cat(answers).cpu().numpy()
-        return scores
-
-
-class _OnDGL:
-    def __init__(self, checkpoint: Checkpoint, device: torch.device) -> None:
-        self._network = network_on_dgl(checkpoint.config, str(device))
-        _load_state(self._network, checkpoint)
-        self._network.eval().to(device)
-        self._device = device
-
-    def __call__(self, windows: Sequence[Sequence[FrameGraph]]) -> Float32Array:
-        with torch.inference_mode():
-            answers = [torch.relu(self._network.answers([window], self._device)) for window in windows]
         scores: Float32Array = torch.cat(answers).cpu().numpy()
         return scores
 
@@ -176,23 +148,3 @@ def weights_path(weights: str | Path) -> Path:
 def cache_folder() -> Path:
     """The folder of files fetched at run time: `SOCNAV_CACHE`, or the user's cache folder."""
     return Path(os.environ.get("SOCNAV_CACHE") or platformdirs.user_cache_dir("socnav2"))
-
-
-def _load_state(network: torch.nn.Module, checkpoint: Checkpoint) -> None:
-    _check_state(checkpoint, {name: tuple(tensor.shape) for name, tensor in network.state_dict().items()})
-    network.load_state_dict(checkpoint.tensors)
-
-
-def _check_state(checkpoint: Checkpoint, expected: dict[str, tuple[int, ...]]) -> None:
-    found = {name: tuple(tensor.shape) for name, tensor in checkpoint.tensors.items()}
-    fits = f"the weights do not fit the network {_describe(checkpoint.config)}"
-    if odd := sorted(expected.keys() ^ found.keys()):
-        raise CheckpointError(f"{fits}: {odd[0]} is {'missing' if odd[0] in expected else 'not part of it'}")
-    for name, shape in expected.items():
-        if found[name] != shape:
-            raise CheckpointError(f"{fits}: {name} must have shape {shape}, got {found[name]}")
-
-
-def _describe(config: NetworkConfig) -> str:
-    options = {key: value for key, value in config.document().items() if key not in ("kind", "sizes")}
-    return f"{config.kind} {'-'.join(map(str, config.sizes))} ({', '.join(map(str, options.values()))})"

@@ -19,3 +19,9 @@ def lazy_attributes(package: str, homes: Mapping[str, str]) -> Callable[[str], A
         return getattr(importlib.import_module(f"{package}.{homes[name]}"), name)
 
     return attribute
+
+
+def entry_point(name: str) -> Any:
+    """What `module:name` stands for."""
+    module, _, attribute = name.partition(":")
+    return getattr(importlib.import_module(module), attribute)

@@ -10,14 +10,18 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 import tyro
 
+from reward_model.networks.option_fields import with_options
+from reward_model.networks.registry import NETWORKS, Kind, NetworkConfig, network_config
+
 if TYPE_CHECKING:
     from reward_model.base.arrays import FloatArray
-    from reward_model.networks.checkpoint import NetworkConfig
 
 GRAPHS: Final = "graphs"  # the folder of the user's cache that keeps them
+_NETWORKS_HELP: Final = f"What it sees of edges: {'; '.join(f'{kind} {each.sees}' for kind, each in NETWORKS.items())}."
 
 
 @dataclass(frozen=True)
+@with_options
 class Train:
     """Train a network on people's scores: a checkpoint folder, its curve as CSV and for TensorBoard.
 
@@ -28,20 +32,9 @@ class Train:
     """A .jsonl file of SocNav1 ratings, a .txt list of SocNav2 recordings, or a folder (docs/datasets.md)."""
     output: Path
     """The checkpoint folder."""
-    network: Literal["mpnn", "rgcn", "gat"] = "mpnn"
-    """mpnn sees relations and lengths of edges, rgcn relations, gat neither."""
+    network: Annotated[Kind, tyro.conf.arg(help=_NETWORKS_HELP)] = "mpnn"
     hidden_sizes: tuple[int, ...] = (40, 30, 20)
     """Features of the hidden layers, for gat of each head."""
-    edge_network: Literal["tabulated", "perceptron"] = "tabulated"
-    """Of mpnn: tabulated is fast, perceptron is the paper's."""
-    num_bases: int = 8
-    """Of rgcn."""
-    num_heads: int = 4
-    """Of gat."""
-    negative_slope: float = 0.2
-    """Of gat's attention, the paper's alpha."""
-    dropout: float = 0.0
-    """Of rgcn and gat."""
     max_epochs: int = 60
     patience: int = 8
     """Epochs without a better development error before training stops."""
@@ -75,7 +68,7 @@ class Train:
     def run(self) -> None:
         """Train and print what the checkpoint says about itself, as JSON."""
         from reward_model.data.loading import DataConfig
-        from reward_model.networks.registry import best_device
+        from reward_model.networks.building import best_device
         from reward_model.training.fit import TrainingConfig
         from reward_model.training.session import Session, train
 
@@ -99,16 +92,9 @@ class Train:
 
     def _network(self) -> NetworkConfig:
         from reward_model.graph.features import NUM_NODE_FEATURES
-        from reward_model.networks.checkpoint import NetworkConfig
 
-        sizes = (NUM_NODE_FEATURES, *self.hidden_sizes, 2)
-        if self.network == "rgcn":
-            return NetworkConfig("rgcn", sizes, num_bases=self.num_bases, dropout=self.dropout)
-        if self.network == "gat":
-            return NetworkConfig(
-                "gat", sizes, num_heads=self.num_heads, negative_slope=self.negative_slope, dropout=self.dropout
-            )
-        return NetworkConfig("mpnn", sizes, self.edge_network)
+        options = {name: getattr(self, name) for name in NETWORKS[self.network].config.option_fields()}
+        return network_config(self.network, (NUM_NODE_FEATURES, *self.hidden_sizes, 2), options)
 
 
 @dataclass(frozen=True)

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import Annotated, Literal
+
+import tyro
 
 from reward_model.base.commands import check_least
 from reward_model.base.progress import progress_bars
 from reward_model.commands.learning import graph_folder
-
-if TYPE_CHECKING:
-    from reward_model.studies.search_space import SearchSpace
+from reward_model.studies.search_space import SearchSpace
 
 
 @dataclass(frozen=True)
 class Search:
-    """Random search for the best R-GCN, GAT and MPNN, by default over the ranges of Bachiller et al. 2021.
+    """Random search for the best of several networks, by default the three and the ranges of Bachiller et al. 2021.
 
     An Optuna study (study.db) with a folder a session, and the results as Markdown, CSV and JSON. Ranges are drawn from
     evenly, both ends included; sessions take the networks in turn. What a session draws follows from the seed and its
@@ -28,38 +28,13 @@ class Search:
     """A .jsonl file of SocNav1 ratings, a .txt list of SocNav2 recordings, or a folder (docs/datasets.md)."""
     output: Path
     """The folder of the study."""
+    space: Annotated[SearchSpace, tyro.conf.arg(name="")]
     sessions: int = 341
     """Trainings in all."""
     jobs: int = 1
     """Sessions at a time, each on one thread."""
     backend: Literal["loky", "ray"] = "loky"
     """Of joblib: processes here, or a Ray cluster that sees this folder (pip install "socnav2[ray]")."""
-    blocks: tuple[Literal["rgcn", "gat", "mpnn"], ...] = ("rgcn", "gat", "mpnn")
-    """Networks to search among."""
-    edge_network: Literal["tabulated", "perceptron"] = "tabulated"
-    """Of mpnn: tabulated is fast, perceptron is the paper's."""
-    batch_size: tuple[int, int] = (25, 70)
-    """Windows."""
-    hidden_units: tuple[int, int] = (20, 90)
-    """Of the first hidden layer (of gat: of each head); the others fall in equal steps to 3, as in the paper's best."""
-    layers: tuple[int, int] = (3, 9)
-    """The last one included."""
-    learning_rate: tuple[float, float] = (1e-4, 5e-4)
-    """At the beginning."""
-    weight_decay: tuple[float, float] = (0.0, 1e-6)
-    """Of AdamW."""
-    num_heads: tuple[int, int] = (3, 10)
-    """Of gat."""
-    negative_slope: tuple[float, float] = (0.1, 0.3)
-    """Of gat's attention, the paper's alpha."""
-    num_bases: tuple[int, int] = (4, 24)
-    """Of rgcn."""
-    dropout: tuple[float, float] = (0.0, 1e-6)
-    """Of gat and rgcn."""
-    max_epochs: int = 1000
-    """Of every session."""
-    patience: int = 4
-    """Epochs without a better development error before a session ends."""
     seed: int = 0
     """Of what is drawn."""
     augment: Literal["none", "mirror", "all", "moments"] = "mirror"
@@ -97,13 +72,8 @@ class Search:
         data = DataConfig(
             self.data, self.augment, self.held_out, self.split_seed, cache, self.frames, self.test, self.teacher
         )
-        rows = search(data, self._space(), config, self.output, self.resume)
+        rows = search(data, self.space, config, self.output, self.resume)
         print(markdown(best_of_blocks(rows)), end="", flush=True)
-
-    def _space(self) -> SearchSpace:
-        from reward_model.studies.search_space import SearchSpace
-
-        return SearchSpace(**{each.name: getattr(self, each.name) for each in fields(SearchSpace)})
 
 
 @dataclass(frozen=True)

@@ -8,33 +8,37 @@ the products. A few windows pass each layer as a batch, so that its matrices are
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from itertools import pairwise
-from typing import Final
+from typing import Any, Final, TypeVar
 
 import numpy as np
 import torch
 
 from reward_model.base.arrays import Float32Array
-from reward_model.fast.grouped_window import stack_windows
-from reward_model.fast.relational_kernels import KERNELS, FlatNetwork
+from reward_model.fast.grouped_window import Stack, stack_windows
 from reward_model.graph.frame import FrameGraph
 
 _TOGETHER: Final = 8  # windows of a batch, whose data fits into a core's own cache
 _LEAST_SHARE: Final = 4  # windows for which a thread of their own pays
+
+Arrays = TypeVar("Arrays", bound=tuple[Any, ...])
 
 
 class FusedNetwork:
     """A network turned into flat arrays, ready to score windows on the CPU.
 
     It uses as many threads as PyTorch is set to. Scores depend on their window alone, to the last bit.
+
+    network: a named tuple of arrays
+    score_windows: compiled code that writes the scores (num_windows, 2) of windows, given that tuple
     """
 
-    def __init__(self, network: FlatNetwork) -> None:
-        self._network = network
-        self._score_windows = KERNELS[type(network)]
+    def __init__(self, network: Arrays, score_windows: Callable[[Stack, Float32Array, Arrays], None]) -> None:
+        self._network: Any = network
+        self._score_windows: Callable[[Stack, Float32Array, Any], None] = score_windows
 
     def __call__(self, windows: Sequence[Sequence[FrameGraph]]) -> Float32Array:
         """Scores (num_windows, 2) of windows of up to three frames, newest first."""

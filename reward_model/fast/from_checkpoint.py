@@ -1,47 +1,73 @@
-"""An R-GCN's or a GAT's trained tensors as flat arrays for compiled code. DGL is not needed.
+"""From checkpoints to networks in compiled code, the entry points of `reward_model.networks.registry`.
 
-The tensors have the names and shapes of DGL's `RelGraphConv` and `GATConv`, see `reward_model.models`.
+DGL is not needed: an R-GCN's and a GAT's tensors, with the names and shapes of DGL's `RelGraphConv` and `GATConv`, are
+brought into the order of compiled code here, an MPNN's in `relational_weights`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Final
+from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import torch
 from torch import Tensor
 
 from reward_model.base.arrays import Float32Array
-from reward_model.fast.attention_kernels import AttentionNetwork
+from reward_model.fast.attention_kernels import AttentionNetwork, score_by_attention
+from reward_model.fast.engine import FusedNetwork
 from reward_model.fast.grouped_window import FEATURES
 from reward_model.fast.matmul import LANES
+from reward_model.fast.relational_kernels import score_by_relation
 from reward_model.fast.relational_weights import RelationalNetwork, flat_layers
 from reward_model.graph.features import NUM_RELATIONS
 from reward_model.graph.packing import NUM_PACKED
-from reward_model.networks.checkpoint import NetworkConfig
+from reward_model.networks.building import trained_network
+from reward_model.networks.checkpoint import Checkpoint, check_tensors
 from reward_model.networks.edge_networks import MEASURED, PLAIN, LayerOperators
+from reward_model.networks.factorised_mpnn import EdgelessMPNN
+from reward_model.networks.registry import GATConfig, NetworkConfig, RGCNConfig
 
-FLAT_KINDS: Final = ("rgcn", "gat")
+
+def compiled_rgcn(checkpoint: Checkpoint, operators_file: Path | None = None) -> FusedNetwork:
+    """An R-GCN. Raises `CheckpointError` where the weights do not fit it."""
+    config = checkpoint.config
+    assert isinstance(config, RGCNConfig)
+    check_tensors(checkpoint, tensor_shapes(config))
+    return FusedNetwork(_flat_rgcn(config, checkpoint.tensors), score_by_relation)
+
+
+def compiled_gat(checkpoint: Checkpoint, operators_file: Path | None = None) -> FusedNetwork:
+    """A GAT. Raises `CheckpointError` where the weights do not fit it."""
+    config = checkpoint.config
+    assert isinstance(config, GATConfig)
+    check_tensors(checkpoint, tensor_shapes(config))
+    return FusedNetwork(_flat_gat(config, checkpoint.tensors), score_by_attention)
+
+
+def compiled_mpnn(checkpoint: Checkpoint, operators_file: Path | None = None) -> FusedNetwork:
+    """An MPNN. Raises `CheckpointError` where the weights do not fit it.
+
+    operators_file: may keep its operators, which take seconds to compute from the weights of perceptrons
+    """
+    network = trained_network(checkpoint)
+    assert isinstance(network, EdgelessMPNN)
+    return FusedNetwork(flat_layers(network.scoring_operators(operators_file)), score_by_relation)
 
 
 def tensor_shapes(config: NetworkConfig) -> dict[str, tuple[int, ...]]:
-    """The names and shapes of all tensors that a checkpoint of one of `FLAT_KINDS` has."""
-    of_layer = _rgcn_shapes if config.kind == "rgcn" else _gat_shapes
-    inputs = _gat_inputs(config) if config.kind == "gat" else config.sizes[:-1]
-    return {
-        f"layers.{index}.{name}": shape
-        for index, (width, outputs) in enumerate(zip(inputs, config.sizes[1:], strict=True))
-        for name, shape in of_layer(config, width, outputs).items()
-    }
+    """The names and shapes of all tensors that an R-GCN or a GAT has on DGL."""
+    if isinstance(config, RGCNConfig):
+        layers = [_rgcn_shapes(config, *widths) for widths in pairwise(config.sizes)]
+    else:
+        assert isinstance(config, GATConfig)
+        inputs = (config.sizes[0], *(config.num_heads * size for size in config.sizes[1:-1]))
+        layers = [_gat_shapes(config, *widths) for widths in zip(inputs, config.sizes[1:], strict=True)]
+    return {f"layers.{index}.{name}": shape for index, layer in enumerate(layers) for name, shape in layer.items()}
 
 
-def flat_network(config: NetworkConfig, tensors: Mapping[str, Tensor]) -> RelationalNetwork | AttentionNetwork:
-    """Bring tensors of one of `FLAT_KINDS`, with the shapes of `tensor_shapes`, into the order of compiled code."""
-    return _flat_rgcn(config, tensors) if config.kind == "rgcn" else _flat_gat(config, tensors)
-
-
-def _rgcn_shapes(config: NetworkConfig, inputs: int, outputs: int) -> dict[str, tuple[int, ...]]:
+def _rgcn_shapes(config: RGCNConfig, inputs: int, outputs: int) -> dict[str, tuple[int, ...]]:
     bases = min(config.num_bases, NUM_RELATIONS)
     return {
         "h_bias": (outputs,),
@@ -50,7 +76,7 @@ def _rgcn_shapes(config: NetworkConfig, inputs: int, outputs: int) -> dict[str, 
     }
 
 
-def _flat_rgcn(config: NetworkConfig, tensors: Mapping[str, Tensor]) -> RelationalNetwork:
+def _flat_rgcn(config: RGCNConfig, tensors: Mapping[str, Tensor]) -> RelationalNetwork:
     operators = []
     for index in range(len(config.sizes) - 1):
         bases, mixed = (tensors[f"layers.{index}.linear_r.{name}"].float() for name in ("W", "coeff"))
@@ -68,11 +94,7 @@ def _flat_rgcn(config: NetworkConfig, tensors: Mapping[str, Tensor]) -> Relation
     return flat_layers(operators, by_relation=True)
 
 
-def _gat_inputs(config: NetworkConfig) -> list[int]:
-    return [config.sizes[0], *(config.num_heads * size for size in config.sizes[1:-1])]
-
-
-def _gat_shapes(config: NetworkConfig, inputs: int, outputs: int) -> dict[str, tuple[int, ...]]:
+def _gat_shapes(config: GATConfig, inputs: int, outputs: int) -> dict[str, tuple[int, ...]]:
     heads = config.num_heads
     return {
         "attn_l": (1, heads, outputs),
@@ -82,7 +104,7 @@ def _gat_shapes(config: NetworkConfig, inputs: int, outputs: int) -> dict[str, t
     }
 
 
-def _flat_gat(config: NetworkConfig, tensors: Mapping[str, Tensor]) -> AttentionNetwork:
+def _flat_gat(config: GATConfig, tensors: Mapping[str, Tensor]) -> AttentionNetwork:
     """Layer by layer what `reward_model.fast.attention_kernels.gat_layer_at` finds again."""
     parts: list[Float32Array] = []
     shapes = []

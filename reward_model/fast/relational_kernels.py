@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from types import MappingProxyType
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
 from reward_model.base.arrays import Float32Array, IntArray
 from reward_model.base.numba import njit
-from reward_model.fast.attention_kernels import AttentionNetwork, score_by_attention
 from reward_model.fast.edge_messages import (
     EdgeMatrices,
     add_many_to_one,
@@ -29,8 +26,6 @@ _SELF: Final = PLAIN.index(Relation.SELF)
 _TO_OLDER: Final = (PLAIN.index(Relation.NOW_TO_SECOND), PLAIN.index(Relation.SECOND_TO_THIRD))
 _TO_NEWER: Final = (PLAIN.index(Relation.SECOND_TO_NOW), PLAIN.index(Relation.THIRD_TO_SECOND))
 _NUM_FEATURES: Final = tuple(map(len, FEATURES))
-
-FlatNetwork = RelationalNetwork | AttentionNetwork
 
 
 @njit
@@ -55,12 +50,6 @@ def score_by_relation(stack: Stack, scores: Float32Array, network: RelationalNet
         if index < last:
             apply_elu(hidden)
     scores[:] = np.maximum(hidden[: len(scores), :2], np.float32(0))
-
-
-KERNELS: Final[Mapping[type, Callable[[Stack, Float32Array, Any], None]]] = MappingProxyType(
-    {RelationalNetwork: score_by_relation, AttentionNetwork: score_by_attention}
-)
-"""What writes q1 and q2 of each window, (num_windows, 2), by the type of its last argument, the network."""
 
 
 @njit

@@ -1,4 +1,4 @@
-"""The graph networks, a file each, the forms that they are trained in, their registry and their checkpoints.
+"""The graph networks, a file each, the forms that they are trained in, their checkpoints, and the registry of them all.
 
 May import `base`, `scenes` and `graph`. Only this folder imports DGL, and it does so when a network on DGL is built.
 """

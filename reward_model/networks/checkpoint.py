@@ -15,61 +15,16 @@ from safetensors.torch import load_file, save
 from torch import Tensor
 
 from reward_model.base.files import replace_file
-from reward_model.graph.features import LAYOUT_VERSION, NUM_NODE_FEATURES
+from reward_model.graph.features import LAYOUT_VERSION
+from reward_model.networks.registry import NETWORKS, NetworkConfig, network_config
 
 WEIGHTS_FILE: Final = "model.safetensors"
 CONFIG_FILE: Final = "config.json"
 _KEYS: Final = {"graph_layout", "network", "about"}
-_OPTIONS: Final[Mapping[str, Mapping[str, type]]] = {
-    "mpnn": {"edge_network": str},
-    "rgcn": {"num_bases": int, "dropout": float},
-    "gat": {"num_heads": int, "negative_slope": float, "dropout": float},
-}
-_ALL_OPTIONS: Final = {name for options in _OPTIONS.values() for name in options}
-_EDGE_NETWORKS: Final = ("perceptron", "tabulated")
 
 
 class CheckpointError(ValueError):
     """A checkpoint cannot be used. The message names the file and what would be right."""
-
-
-@dataclass(frozen=True)
-class NetworkConfig:
-    """What is needed to build a network before its weights are loaded.
-
-    kind: `mpnn`, `rgcn` or `gat`; the fields that are not a kind's own keep their defaults
-    sizes: features of the nodes, of every hidden layer (of every head for `gat`), and of the output (Q1 and Q2)
-    edge_network: of `mpnn`, `perceptron` (the paper's) or `tabulated` (ours)
-    num_bases: of `rgcn`, matrices that those of the relations are mixed from
-    num_heads, negative_slope: of `gat`
-    dropout: of `rgcn` and `gat`, in training
-    """
-
-    kind: str
-    sizes: tuple[int, ...]
-    edge_network: str = ""
-    num_bases: int = 0
-    num_heads: int = 0
-    negative_slope: float = 0.0
-    dropout: float = 0.0
-
-    def __post_init__(self) -> None:
-        if self.kind not in _OPTIONS:
-            raise CheckpointError(f"network kind must be one of {sorted(_OPTIONS)}, got {self.kind!r}")
-        if len(self.sizes) < 2 or self.sizes[0] != NUM_NODE_FEATURES or self.sizes[-1] != 2:
-            raise CheckpointError(f"sizes must run from {NUM_NODE_FEATURES} to 2, got {list(self.sizes)}")
-        for name in sorted(_ALL_OPTIONS):
-            value = getattr(self, name)
-            if name in _OPTIONS[self.kind]:
-                _check_option(name, value)
-            elif value:
-                raise CheckpointError(f"{name} is no option of {self.kind}, which takes {_option_names(self.kind)}")
-
-    def document(self) -> dict[str, Any]:
-        """What a checkpoint's JSON says of it: the kind, the sizes and the kind's own options."""
-        return {"kind": self.kind, "sizes": list(self.sizes)} | {
-            name: getattr(self, name) for name in _OPTIONS[self.kind]
-        }
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +32,7 @@ class Checkpoint:
     """A trained network.
 
     config: how to build it
-    tensors: its state by the names of its class in `reward_model.models`
+    tensors: its state by the names of its class
     about: where it comes from, for people (JSON values)
     """
 
@@ -127,6 +82,17 @@ def load_checkpoint(path: Path) -> Checkpoint:
     return Checkpoint(config, tensors, about)
 
 
+def check_tensors(checkpoint: Checkpoint, shapes: Mapping[str, tuple[int, ...]]) -> None:
+    """Raise `CheckpointError` where a checkpoint's tensors are not those of its network, by name and shape."""
+    found = {name: tuple(tensor.shape) for name, tensor in checkpoint.tensors.items()}
+    fits = f"the weights do not fit the network {_describe(checkpoint.config)}"
+    if odd := sorted(shapes.keys() ^ found.keys()):
+        raise CheckpointError(f"{fits}: {odd[0]} is {'missing' if odd[0] in shapes else 'not part of it'}")
+    for name, shape in shapes.items():
+        if found[name] != shape:
+            raise CheckpointError(f"{fits}: {name} must have shape {shape}, got {found[name]}")
+
+
 def _read_config(path: Path) -> tuple[NetworkConfig, dict[str, Any]]:
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
@@ -141,17 +107,20 @@ def _read_config(path: Path) -> tuple[NetworkConfig, dict[str, Any]]:
         )
     try:
         config = _parse_network(document["network"])
-    except CheckpointError as error:
+    except ValueError as error:
         raise CheckpointError(f"{path}: {error}") from None
     return config, document["about"]
 
 
 def _parse_network(network: object) -> NetworkConfig:
     if not isinstance(network, dict) or not isinstance(network.get("kind"), str):
-        raise CheckpointError(f"network must be an object whose kind is one of {sorted(_OPTIONS)}")
-    if network["kind"] not in _OPTIONS:
-        raise CheckpointError(f"network kind must be one of {sorted(_OPTIONS)}, got {network['kind']!r}")
-    expected = {"kind": str, "sizes": list, **_OPTIONS[network["kind"]]}
+        raise CheckpointError(f"network must be an object whose kind is one of {sorted(NETWORKS)}")
+    if network["kind"] not in NETWORKS:
+        raise CheckpointError(f"network kind must be one of {sorted(NETWORKS)}, got {network['kind']!r}")
+    options = NETWORKS[network["kind"]].config.option_fields()
+    expected = {"kind": str, "sizes": list} | {
+        name: str if field.choices else field.type for name, field in options.items()
+    }
     if set(network) != set(expected):
         raise CheckpointError(f"network must be an object with the keys {sorted(expected)}")
     for key, kind in expected.items():
@@ -159,17 +128,9 @@ def _parse_network(network: object) -> NetworkConfig:
             raise CheckpointError(f"network.{key} must be a {kind.__name__}, got {network[key]!r}")
     if not all(type(size) is int and size > 0 for size in network["sizes"]):
         raise CheckpointError(f"network.sizes must be positive whole numbers, got {network['sizes']}")
-    return NetworkConfig(**network | {"sizes": tuple(network["sizes"])})
+    return network_config(network["kind"], tuple(network["sizes"]), {name: network[name] for name in options})
 
 
-def _check_option(name: str, value: Any) -> None:
-    if name == "edge_network" and value not in _EDGE_NETWORKS:
-        raise CheckpointError(f"edge_network must be one of {list(_EDGE_NETWORKS)}, got {value!r}")
-    if name in ("num_bases", "num_heads") and value < 1:
-        raise CheckpointError(f"{name} must be at least 1, got {value}")
-    if name in ("dropout", "negative_slope") and not 0 <= value < 1:
-        raise CheckpointError(f"{name} must lie in 0..1, 1 excluded, got {value}")
-
-
-def _option_names(kind: str) -> list[str]:
-    return sorted(_OPTIONS[kind])
+def _describe(config: NetworkConfig) -> str:
+    options = ", ".join(map(str, config.options().values()))
+    return f"{config.kind} {'-'.join(map(str, config.sizes))}" + (f" ({options})" if options else "")

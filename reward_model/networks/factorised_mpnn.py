@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from pathlib import Path
 from typing import Final
 
 import torch
@@ -30,7 +31,9 @@ from reward_model.networks.edge_networks import (
     LayerOperators,
     interpolate,
 )
+from reward_model.networks.operator_cache import kept_operators
 from reward_model.networks.padded_windows import LINK_RELATIONS, WindowBatch, pack_windows
+from reward_model.networks.window_network import WindowNetwork
 
 _ROOM_KINDS: Final = (NodeKind.PERSON, NodeKind.OBJECT, NodeKind.WALL, NodeKind.GOAL)
 _INTO_ROOM: Final = [MEASURED.index(Relation(TO_ROOM[kind])) for kind in _ROOM_KINDS]
@@ -41,7 +44,7 @@ _TO_NEWER: Final = [PLAIN.index(Relation.SECOND_TO_NOW), PLAIN.index(Relation.TH
 _SELF: Final = PLAIN.index(Relation.SELF)
 
 
-class EdgelessMPNN(nn.Module):
+class EdgelessMPNN(WindowNetwork):
     """An MPNN with the parameters of `reward_model.networks.mpnn.MPNN`, by name and shape, computed without edges.
 
     With the paper's perceptrons it computes with curves that are straight between the lengths at which they are
@@ -68,6 +71,27 @@ class EdgelessMPNN(nn.Module):
     def answers(self, windows: Sequence[Sequence[FrameGraph]], device: torch.device | str = "cpu") -> Tensor:
         """(num_windows, 2) scores before the final ReLU, what training works on."""
         return self(pack_windows(windows).to(device))  # type: ignore[no-any-return]
+
+    @torch.no_grad()
+    def scoring_operators(self, operators_file: Path | None = None) -> list[LayerOperators]:
+        """The operators of the final weights, from the file where they are there, else computed and written there."""
+        if operators_file is None:
+            return self.operators()
+        return kept_operators(operators_file, self.state_dict(), self.operators)
+
+    def for_scoring(self, device: torch.device, operators_file: Path | None = None) -> WindowNetwork:
+        """The same with the operators computed once, by perceptrons exactly, see `WindowNetwork`."""
+        return _ScoringMPNN([layer.to(device) for layer in self.scoring_operators(operators_file)])
+
+
+class _ScoringMPNN(WindowNetwork):
+    def __init__(self, layers: list[LayerOperators]) -> None:
+        super().__init__()
+        self._layers = layers
+
+    def answers(self, windows: Sequence[Sequence[FrameGraph]], device: torch.device | str = "cpu") -> Tensor:
+        """(num_windows, 2) scores before the final ReLU."""
+        return propagate(pack_windows(windows).to(device), self._layers)
 
 
 class _Layer(nn.Module):

@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import ClassVar
 
 import dgl
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
+from reward_model.graph.frame import FrameGraph
 from reward_model.graph.windows import scene_graph
 from reward_model.networks.batching import dgl_graph
-
-if TYPE_CHECKING:
-    from reward_model.graph.frame import FrameGraph
+from reward_model.networks.window_network import WindowNetwork
 
 
-class GraphNetwork(nn.Module, ABC):
+class GraphNetwork(WindowNetwork):
     """A network that reads a batch from `reward_model.networks.batching.dgl_graph`."""
+
+    windows_at_once: ClassVar[int] = 32  # every edge may have a matrix of its own
 
     @abstractmethod
     def node_answers(self, graph: dgl.DGLGraph) -> Tensor:

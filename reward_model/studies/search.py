@@ -10,7 +10,7 @@ from __future__ import annotations
 import contextlib
 import json
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -23,8 +23,8 @@ from reward_model.base.progress import progress_bars
 from reward_model.data.examples import DatasetError
 from reward_model.data.labelled_windows import data_digest
 from reward_model.data.loading import DataConfig, load_parts
+from reward_model.networks.building import usable_device
 from reward_model.networks.checkpoint import WEIGHTS_FILE
-from reward_model.networks.registry import usable_device
 from reward_model.studies.search_report import Finished, write_reports
 from reward_model.studies.search_space import SearchSpace
 from reward_model.training.parallel import FAILED, Backend, read_result, run_sessions
@@ -79,7 +79,10 @@ def search(
         usable_device(space.network(space.draw(config.seed, number).params), config.device)
     output.mkdir(parents=True, exist_ok=True)
     with _alone(output), _one_line_errors(path), _study(path) as study:
-        check_same(path, study.user_attrs.get(_STUDY, identity), identity, "a study")
+        begun: dict[str, Any] = study.user_attrs.get(_STUDY, identity)
+        # Options of networks that are not searched among are no part of a study; older ones have them.
+        searched = {name: begun[name] for name in begun if name in identity or name not in vars(space)}
+        check_same(path, searched, identity, "a study")
         study.set_user_attr(_STUDY, identity)
         for number in range(len(study.trials), config.sessions):
             params, distributions = space.draw(config.seed, number)
@@ -92,7 +95,7 @@ def _identity(data: DataConfig, space: SearchSpace, config: SearchConfig) -> dic
     with progress_bars() as progress:
         parts = load_parts(data, progress)
     digests = {f"{part}_data": data_digest(examples.labelled()) for part, examples in parts.items()}
-    identity = {**asdict(space), **digests, "seed": config.seed, "clips_alike": config.clips_alike}
+    identity = {**space.document(), **digests, "seed": config.seed, "clips_alike": config.clips_alike}
     plain: dict[str, Any] = json.loads(json.dumps(identity))
     return plain
 

@@ -13,10 +13,9 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from reward_model.base.files import replace_file
-from reward_model.studies.search_space import BLOCKS
+from reward_model.networks.registry import NETWORKS
 from reward_model.training.parallel import FAILED
 
-NAMES: Final = {"rgcn": "R-GCN", "gat": "GAT", "mpnn": "MPNN"}
 RESULTS: Final = "results"  # .md, .csv and .json
 SESSIONS_FILE: Final = "sessions.csv"
 _HEADINGS: Final = ("block", "sessions", "session", "train", "development", "test", "epochs", "parameters")
@@ -46,7 +45,7 @@ class Finished(NamedTuple):
 def best_of_blocks(rows: Sequence[Finished]) -> list[dict[str, Any]]:
     """Each block's session of the smallest development error: `Finished.row`, and of how many `sessions` it is best."""
     found = []
-    for block in BLOCKS:
+    for block in NETWORKS:
         own = [row for row in rows if row.params["block"] == block]
         if own and math.isfinite(min(row.development for row in own)):
             found.append({"sessions": len(own), **min(own, key=lambda row: row.development).row})
@@ -58,7 +57,7 @@ def markdown(best: Sequence[dict[str, Any]]) -> str:
     lines = [f"| {' | '.join(_HEADINGS)} | drawn |", "|---" * (len(_HEADINGS) + 1) + "|"]
     for row in best:
         drawn = {name: value for name, value in row.items() if name not in _HEADINGS}
-        cells = [NAMES[row["block"]], *(_cell(row[name]) for name in _HEADINGS[1:])]
+        cells = [NETWORKS[row["block"]].title, *(_cell(row[name]) for name in _HEADINGS[1:])]
         lines.append(f"| {' | '.join(cells)} | {', '.join(f'{n} {_cell(v)}' for n, v in drawn.items())} |")
     return "\n".join(lines) + "\n"
 

@@ -1,20 +1,22 @@
-"""What a random search draws hyperparameters from, by default the ranges of Bachiller et al. 2021."""
+"""What a random search draws hyperparameters from, by default the ranges of Bachiller et al. 2021.
+
+The command line is made of it, so nothing here loads Optuna or PyTorch before a session is drawn.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any, Final, Literal, NamedTuple
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-import numpy as np
-import optuna
+from reward_model.networks.option_fields import all_options, with_option_ranges
+from reward_model.networks.registry import NETWORKS, Kind, NetworkConfig, network_config
 
-from reward_model.graph.features import NUM_NODE_FEATURES
-from reward_model.networks.checkpoint import NetworkConfig
-from reward_model.training.fit import TrainingConfig
+if TYPE_CHECKING:
+    from optuna.distributions import BaseDistribution
 
-Block = Literal["rgcn", "gat", "mpnn"]
-BLOCKS: Final[tuple[Block, ...]] = ("rgcn", "gat", "mpnn")
+    from reward_model.training.fit import TrainingConfig
+
 _LAST_HIDDEN: Final = 3  # features of the last hidden layer
 
 
@@ -22,17 +24,20 @@ class Draw(NamedTuple):
     """One session's hyperparameters, as Optuna keeps them."""
 
     params: dict[str, Any]
-    distributions: dict[str, optuna.distributions.BaseDistribution]
+    distributions: dict[str, BaseDistribution]
 
 
 @dataclass(frozen=True)
+@with_option_ranges
 class SearchSpace:
-    """Ranges to draw from, both ends included; sessions take the blocks in turn."""
+    """Ranges to draw from, both ends included; sessions take the blocks in turn.
 
-    blocks: tuple[Block, ...] = BLOCKS
+    Every option of a network has a field, too: the range to draw it from, or its value where none is drawn.
+    Raises `ValueError` for ranges that nothing can be drawn from.
+    """
+
+    blocks: tuple[Kind, ...] = ("rgcn", "gat", "mpnn")
     """Networks to search among."""
-    edge_network: Literal["tabulated", "perceptron"] = "tabulated"
-    """Of mpnn: ours, or the paper's."""
     batch_size: tuple[int, int] = (25, 70)
     """Windows."""
     hidden_units: tuple[int, int] = (20, 90)
@@ -43,14 +48,6 @@ class SearchSpace:
     """At the beginning."""
     weight_decay: tuple[float, float] = (0.0, 1e-6)
     """Of AdamW."""
-    num_heads: tuple[int, int] = (3, 10)
-    """Of gat."""
-    negative_slope: tuple[float, float] = (0.1, 0.3)
-    """Of gat's attention, the paper's alpha."""
-    num_bases: tuple[int, int] = (4, 24)
-    """Of rgcn."""
-    dropout: tuple[float, float] = (0.0, 1e-6)
-    """Of gat and rgcn."""
     max_epochs: int = 1000
     """Of every session."""
     patience: int = 4
@@ -62,40 +59,56 @@ class SearchSpace:
                 raise ValueError(f"{name} must be a range from low to high, not below 0, got {value[0]} {value[1]}")
         if not self.blocks or len(set(self.blocks)) < len(self.blocks):
             raise ValueError(f"blocks must name at least one network, each once, got {list(self.blocks)}")
-        for name in ("batch_size", "hidden_units", "num_heads", "num_bases"):
-            if getattr(self, name)[0] < 1:
-                raise ValueError(f"{name} must be at least 1, got {getattr(self, name)[0]}")
-        if self.layers[0] < 2:
-            raise ValueError(f"layers must be at least 2, got {self.layers[0]}")
+        for name, least in (("batch_size", 1), ("hidden_units", 1), ("layers", 2)):
+            if getattr(self, name)[0] < least:
+                raise ValueError(f"{name} must be at least {least}, got {getattr(self, name)[0]}")
+        for name, field in all_options().items():
+            value = getattr(self, name)
+            for each in (value,) if field.option.search is None else value:
+                field.check(name, each)
+
+    def document(self) -> dict[str, Any]:
+        """What makes it this one: every field but the options of networks that are not searched among."""
+        searched = {name for block in self.blocks for name in NETWORKS[block].config.option_fields()}
+        others = all_options().keys() - searched
+        return {name: value for name, value in asdict(self).items() if name not in others}
 
     def draw(self, seed: int, number: int) -> Draw:
         """The hyperparameters of a session: they follow from the seed and its number alone."""
+        import numpy as np
+        from optuna import create_study
+        from optuna.distributions import CategoricalDistribution
+        from optuna.samplers import RandomSampler
+
         (own_seed,) = np.random.SeedSequence([seed, number]).generate_state(1)
-        sampler = optuna.samplers.RandomSampler(seed=int(own_seed))
-        trial = optuna.create_study(sampler=sampler).ask()
+        trial = create_study(sampler=RandomSampler(seed=int(own_seed))).ask()
         block = self.blocks[number % len(self.blocks)]
-        for name in ("batch_size", "hidden_units", "layers", *(("num_heads",) if block == "gat" else ())):
+        own = NETWORKS[block].config.option_fields()
+        drawn = [name for name in sorted(own) if own[name].option.search is not None]
+        for name in ("batch_size", "hidden_units", "layers", *(each for each in drawn if own[each].type is int)):
             trial.suggest_int(name, *getattr(self, name))
-        if block == "rgcn":
-            trial.suggest_int("num_bases", *self.num_bases)
-        for name in ("learning_rate", "weight_decay"):
+        for name in ("learning_rate", "weight_decay", *(each for each in drawn if own[each].type is float)):
             trial.suggest_float(name, *getattr(self, name))
-        if block != "mpnn":
-            trial.suggest_float("dropout", *self.dropout)
-        if block == "gat":
-            trial.suggest_float("negative_slope", *self.negative_slope)
-        one_of = optuna.distributions.CategoricalDistribution(self.blocks)
+        one_of = CategoricalDistribution(self.blocks)
         return Draw({"block": block, **trial.params}, {"block": one_of, **trial.distributions})
 
     def network(self, params: Mapping[str, Any]) -> NetworkConfig:
         """The network that drawn hyperparameters describe."""
+        import numpy as np
+
+        from reward_model.graph.features import NUM_NODE_FEATURES
+
         hidden = np.linspace(params["hidden_units"], min(_LAST_HIDDEN, params["hidden_units"]), params["layers"] - 1)
         sizes = (NUM_NODE_FEATURES, *hidden.astype(int).tolist(), 2)
-        own = {name: params[name] for name in ("num_heads", "negative_slope", "num_bases", "dropout") if name in params}
-        edge_network = self.edge_network if params["block"] == "mpnn" else ""
-        return NetworkConfig(params["block"], sizes, edge_network, **own)
+        options = {
+            name: getattr(self, name) if field.option.search is None else params[name]
+            for name, field in NETWORKS[params["block"]].config.option_fields().items()
+        }
+        return network_config(params["block"], sizes, options)
 
     def training(self, params: Mapping[str, Any], number: int, device: str) -> TrainingConfig:
         """How a session with drawn hyperparameters trains."""
+        from reward_model.training.fit import TrainingConfig
+
         rates = (params["learning_rate"], params["weight_decay"])
         return TrainingConfig(self.max_epochs, self.patience, params["batch_size"], *rates, number, device)

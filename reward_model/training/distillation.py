@@ -16,7 +16,8 @@ from reward_model.data.augmentation import WithMirrorImages
 from reward_model.data.examples import Part
 from reward_model.data.labelling import label_windows
 from reward_model.graph.frame import FrameGraph
-from reward_model.networks.checkpoint import Checkpoint, NetworkConfig, save_checkpoint
+from reward_model.networks.checkpoint import Checkpoint, save_checkpoint
+from reward_model.networks.registry import NetworkConfig
 from reward_model.scenes.scene import ScenarioError, SceneSequence
 from reward_model.scenes.socnav2_json import read_socnav2
 from reward_model.scorer import SocialScorer

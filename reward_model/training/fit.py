@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import torch
@@ -15,7 +15,7 @@ from torch import Tensor
 
 from reward_model.base.arrays import Float32Array
 from reward_model.data.labelled_windows import LabelledWindows, data_digest
-from reward_model.networks.factorised_mpnn import EdgelessMPNN
+from reward_model.networks.window_network import WindowNetwork
 from reward_model.training.state import (
     TrainingState,
     generator_tensors,
@@ -26,13 +26,8 @@ from reward_model.training.state import (
     unnamed,
 )
 
-if TYPE_CHECKING:
-    from reward_model.networks.registry import TrainableNetwork
-
 _Indices = np.ndarray[tuple[int], np.dtype[np.int64]]
 _LEAK = 0.1  # slope below zero in training, since scores below zero would have no gradient
-_EVALUATED_AT_ONCE = 256  # windows
-_EVALUATED_ON_DGL = 32  # windows; there every edge may have a matrix of its own
 
 
 @dataclass(frozen=True)
@@ -74,7 +69,7 @@ def best_epoch(history: Sequence[Epoch]) -> Epoch:
 
 
 def fit(
-    network: TrainableNetwork,
+    network: WindowNetwork,
     train: LabelledWindows,
     development: LabelledWindows,
     config: TrainingConfig,
@@ -118,7 +113,7 @@ def fit(
     return training.history
 
 
-def errors(network: TrainableNetwork, data: LabelledWindows, device: str = "cpu") -> Float32Array:
+def errors(network: WindowNetwork, data: LabelledWindows, device: str = "cpu") -> Float32Array:
     """Mean squared errors (2,) of Q1 and Q2, NaN for a question without scores."""
     squares, counts = torch.zeros(2), torch.zeros(2)
     for answers, scores in _answered(network, data, device):
@@ -129,16 +124,16 @@ def errors(network: TrainableNetwork, data: LabelledWindows, device: str = "cpu"
     return result
 
 
-def predicted(network: TrainableNetwork, data: LabelledWindows, device: str = "cpu") -> Float32Array:
+def predicted(network: WindowNetwork, data: LabelledWindows, device: str = "cpu") -> Float32Array:
     """A network's scores (num_windows, 2), never below 0."""
     answers = [answers.cpu().numpy() for answers, _ in _answered(network, data, device)]
     result: Float32Array = np.concatenate([np.zeros((0, 2), dtype=np.float32), *answers])
     return result
 
 
-def _answered(network: TrainableNetwork, data: LabelledWindows, device: str) -> Iterator[tuple[Tensor, Tensor]]:
+def _answered(network: WindowNetwork, data: LabelledWindows, device: str) -> Iterator[tuple[Tensor, Tensor]]:
     """Predictions and labels, batch by batch, without dropout or gradients."""
-    size = _EVALUATED_AT_ONCE if isinstance(network, EdgelessMPNN) else _EVALUATED_ON_DGL
+    size = network.windows_at_once
     was_training = network.training
     network.eval()
     with torch.no_grad():
@@ -152,7 +147,7 @@ class _Training:
     """A network in training, epoch by epoch."""
 
     def __init__(
-        self, network: TrainableNetwork, train: LabelledWindows, development: LabelledWindows, config: TrainingConfig
+        self, network: WindowNetwork, train: LabelledWindows, development: LabelledWindows, config: TrainingConfig
     ) -> None:
         self.network, self.train, self.development, self.config = network, train, development, config
         self.generator = np.random.default_rng(config.seed)
@@ -224,7 +219,7 @@ class _Training:
 
 
 def _one_pass(
-    network: TrainableNetwork,
+    network: WindowNetwork,
     data: LabelledWindows,
     order: _Indices,
     config: TrainingConfig,
@@ -246,7 +241,7 @@ def _one_pass(
     return total / count
 
 
-def _answers(network: TrainableNetwork, data: LabelledWindows, chosen: _Indices, device: str) -> tuple[Tensor, Tensor]:
+def _answers(network: WindowNetwork, data: LabelledWindows, chosen: _Indices, device: str) -> tuple[Tensor, Tensor]:
     answers = network.answers([data.windows[index] for index in chosen.tolist()], device)
     return answers, torch.from_numpy(data.scores[chosen]).to(device)
 

@@ -22,8 +22,9 @@ from reward_model.data.examples import DatasetError, Examples, Part
 from reward_model.data.labelled_windows import LabelledWindows
 from reward_model.data.labelling import label_windows
 from reward_model.data.loading import DataConfig, load_part, load_parts
-from reward_model.networks.checkpoint import Checkpoint, NetworkConfig, save_checkpoint
-from reward_model.networks.registry import trainable_network, usable_device
+from reward_model.networks.building import trainable_network, usable_device
+from reward_model.networks.checkpoint import Checkpoint, save_checkpoint
+from reward_model.networks.registry import NetworkConfig
 from reward_model.scenes.ratings import QUESTIONS
 from reward_model.scorer import SocialScorer
 from reward_model.training.fit import Epoch, TrainingConfig, best_epoch, errors, fit

@@ -6,13 +6,8 @@ import torch
 
 from reward_model.data.augmentation import mirrored
 from reward_model.graph.windows import sequence_frames
-from reward_model.networks.checkpoint import (
-    Checkpoint,
-    CheckpointError,
-    NetworkConfig,
-    load_checkpoint,
-    save_checkpoint,
-)
+from reward_model.networks.checkpoint import Checkpoint, CheckpointError, load_checkpoint, save_checkpoint
+from reward_model.networks.registry import MPNNConfig
 from reward_model.scenes.scene import SceneSequence, Scores
 from reward_model.scorer import SocialScorer, load_scorer, weights_path
 from tests.reward_model.graph.test_windows import NO_INTERACTIONS, hand_made, objects, people
@@ -22,7 +17,7 @@ from tests.reward_model.random_scenes import random_sequence, random_windows
 
 def some_checkpoint(edge_network: str = "tabulated") -> Checkpoint:
     network = random_network(SIZES[-1], edge_network)
-    return Checkpoint(NetworkConfig("mpnn", SIZES[-1], edge_network), network.state_dict())
+    return Checkpoint(MPNNConfig(SIZES[-1], edge_network), network.state_dict())
 
 
 @pytest.fixture(scope="module")
@@ -108,18 +103,6 @@ def test_empty_places_are_finite(scorer):
     for there in (walls, np.zeros((0, 4))):
         nobody = hand_made(people=people(), objects=objects(), walls=there, interactions=NO_INTERACTIONS)
         assert np.isfinite(scorer.score(SceneSequence((nobody,)))).all()
-
-
-def test_padded_answers_are_those_of_single_windows(scorer, monkeypatch):
-    """What runs on other devices than the CPU, here on the CPU."""
-    from reward_model import scorer as module
-
-    windows = random_windows(60, count=7)
-    expected = scorer.score_windows(windows)
-    padded = SocialScorer(some_checkpoint(), "random")
-    padded._network._fused = None
-    monkeypatch.setattr(module, "_LARGEST_BATCH", 3)
-    np.testing.assert_allclose(padded.score_windows(windows), expected, atol=1e-5)
 
 
 @pytest.mark.skipif(not torch.cuda.is_available(), reason="needs a GPU")

@@ -4,6 +4,7 @@ import torch
 
 from reward_model.fast.elu import apply_elu
 from reward_model.fast.engine import FusedNetwork
+from reward_model.fast.relational_kernels import score_by_relation
 from reward_model.fast.relational_weights import flat_layers
 from reward_model.networks.edge_networks import EDGE_NETWORKS
 from reward_model.networks.factorised_mpnn import propagate
@@ -12,12 +13,16 @@ from tests.reward_model.networks.test_factorised_mpnn import SIZES, random_netwo
 from tests.reward_model.random_scenes import random_windows
 
 
+def fused_network(operators) -> FusedNetwork:
+    return FusedNetwork(flat_layers(operators), score_by_relation)
+
+
 @pytest.mark.parametrize("edge_network", sorted(EDGE_NETWORKS))
 @pytest.mark.parametrize("sizes", SIZES)
 def test_scores_are_those_of_the_padded_network(sizes, edge_network):
     windows = random_windows(20 + len(sizes), count=12)
     operators = random_operators(sizes, edge_network)
-    fused = FusedNetwork(flat_layers(operators))
+    fused = fused_network(operators)
     with torch.no_grad():
         expected = torch.relu(propagate(pack_windows(windows), operators)).numpy()
     scores = fused(windows)
@@ -27,7 +32,7 @@ def test_scores_are_those_of_the_padded_network(sizes, edge_network):
 
 def test_the_same_window_gives_the_same_bits_whatever_came_before():
     windows = random_windows(31, count=20)
-    fused = FusedNetwork(flat_layers(random_network((42, 8, 6, 2), "tabulated").operators()))
+    fused = fused_network(random_network((42, 8, 6, 2), "tabulated").operators())
     first = [fused([window]).tobytes() for window in windows]
     second = [row.tobytes() for row in fused(windows[::-1])]
     assert first == second[::-1]
@@ -37,7 +42,7 @@ def test_the_same_window_gives_the_same_bits_whatever_came_before():
 @pytest.mark.parametrize("num_threads", [2, 3])
 def test_threads_change_nothing(monkeypatch, num_threads):
     windows = random_windows(35, count=13)
-    fused = FusedNetwork(flat_layers(random_network((42, 8, 6, 2), "tabulated").operators()))
+    fused = fused_network(random_network((42, 8, 6, 2), "tabulated").operators())
     alone = fused(windows)
     monkeypatch.setattr(torch, "get_num_threads", lambda: num_threads)
     np.testing.assert_array_equal(fused(windows), alone)
@@ -55,7 +60,7 @@ def test_elu_is_that_of_pytorch():
 def test_training_on_changes_nothing():
     network = random_network((42, 8, 2), "tabulated")
     window = random_windows(33, count=1)[0]
-    fused = FusedNetwork(flat_layers(network.operators()))
+    fused = fused_network(network.operators())
     before = fused([window])
     with torch.no_grad():
         for parameter in network.parameters():
@@ -66,6 +71,6 @@ def test_training_on_changes_nothing():
 def test_frames_are_left_as_they_were():
     window = random_windows(32, count=3)[2]
     before = [frame.arrays.features.copy() for frame in window]
-    FusedNetwork(flat_layers(random_network((42, 8, 2), "tabulated").operators()))([window])
+    fused_network(random_network((42, 8, 2), "tabulated").operators())([window])
     for frame, features in zip(window, before, strict=True):
         np.testing.assert_array_equal(frame.arrays.features, features)

@@ -5,18 +5,19 @@ import pytest
 import torch
 
 from reward_model.fast.from_checkpoint import tensor_shapes
-from reward_model.networks.checkpoint import Checkpoint, CheckpointError, NetworkConfig
+from reward_model.networks.checkpoint import Checkpoint, CheckpointError
+from reward_model.networks.registry import GATConfig, NetworkConfig, RGCNConfig
 from reward_model.scorer import SocialScorer
 from tests.reward_model.random_scenes import random_windows
 
 # One layer sees the newest room's neighbours, four see all three frames; widths that are no multiples of a vector's.
 CONFIGS = [
-    NetworkConfig("rgcn", (42, 2), num_bases=3),
-    NetworkConfig("rgcn", (42, 12, 9, 7, 2), num_bases=4),
-    NetworkConfig("rgcn", (42, 12, 2), num_bases=24),
-    NetworkConfig("gat", (42, 2), num_heads=3, negative_slope=0.2),
-    NetworkConfig("gat", (42, 6, 5, 3, 2), num_heads=3, negative_slope=0.1),
-    NetworkConfig("gat", (42, 4, 2), num_heads=1, negative_slope=0.0),
+    RGCNConfig((42, 2), num_bases=3),
+    RGCNConfig((42, 12, 9, 7, 2), num_bases=4),
+    RGCNConfig((42, 12, 2), num_bases=24),
+    GATConfig((42, 2), num_heads=3, negative_slope=0.2),
+    GATConfig((42, 6, 5, 3, 2), num_heads=3, negative_slope=0.1),
+    GATConfig((42, 4, 2), num_heads=1, negative_slope=0.0),
 ]
 NAMES = [f"{config.kind}-{'-'.join(map(str, config.sizes))}" for config in CONFIGS]
 

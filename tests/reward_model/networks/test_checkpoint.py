@@ -4,16 +4,11 @@ import pytest
 import torch
 from safetensors.torch import save
 
-from reward_model.networks.checkpoint import (
-    Checkpoint,
-    CheckpointError,
-    NetworkConfig,
-    load_checkpoint,
-    save_checkpoint,
-)
+from reward_model.networks.checkpoint import Checkpoint, CheckpointError, load_checkpoint, save_checkpoint
 from reward_model.networks.factorised_mpnn import EdgelessMPNN
+from reward_model.networks.registry import NETWORKS, MPNNConfig
 
-CONFIG = NetworkConfig("mpnn", (42, 4, 2), "tabulated")
+CONFIG = MPNNConfig((42, 4, 2), "tabulated")
 DOCUMENT = {
     "graph_layout": "socnav2-graph-1",
     "network": {"kind": "mpnn", "sizes": [42, 4, 2], "edge_network": "tabulated"},
@@ -128,10 +123,10 @@ def rgcn(**values):
         (changed(more=1), "must be an object with the keys ['about', 'graph_layout', 'network']"),
         (changed(graph_layout="socnav2-graph-0"), "graph_layout must be 'socnav2-graph-1', got 'socnav2-graph-0'; "),
         (changed(graph_layout=None), "graph_layout must be 'socnav2-graph-1', got None; "),
-        (changed(network=3), "network must be an object whose kind is one of ['gat', 'mpnn', 'rgcn']"),
+        (changed(network=3), f"network must be an object whose kind is one of {sorted(NETWORKS)}"),
         (with_network(heads=3), "network must be an object with the keys ['edge_network', 'kind', 'sizes']"),
-        (with_network(kind=3), "network must be an object whose kind is one of ['gat', 'mpnn', 'rgcn']"),
-        (with_network(kind="gan"), "network kind must be one of ['gat', 'mpnn', 'rgcn'], got 'gan'"),
+        (with_network(kind=3), f"network must be an object whose kind is one of {sorted(NETWORKS)}"),
+        (with_network(kind="gan"), f"network kind must be one of {sorted(NETWORKS)}, got 'gan'"),
         (with_network(edge_network="deep"), "edge_network must be one of ['perceptron', 'tabulated'], got 'deep'"),
         (with_network(kind="gat"), "network must be an object with the keys ['dropout', 'kind', 'negative_slope', "),
         (rgcn(num_bases=0), "num_bases must be at least 1, got 0"),

@@ -4,7 +4,7 @@ import pytest
 
 from reward_model.data.examples import DatasetError
 from reward_model.data.loading import DataConfig
-from reward_model.networks.checkpoint import NetworkConfig
+from reward_model.networks.registry import GATConfig, MPNNConfig
 from reward_model.studies import experiments
 from reward_model.studies.experiments import RECIPES, Recipe, Row, Setting, experiment, markdown
 from reward_model.training.fit import TrainingConfig
@@ -20,8 +20,8 @@ def data(tmp_path, monkeypatch):
     (tmp_path / "others.jsonl").write_text("\n".join(lines[30:]))
     training = TrainingConfig(max_epochs=2, learning_rate=1e-2)
     settings = {
-        "gat": Setting(NetworkConfig("gat", (42, 2, 2), num_heads=2, negative_slope=0.2), training),
-        "mpnn": Setting(NetworkConfig("mpnn", (42, 2, 2), "tabulated"), training),
+        "gat": Setting(GATConfig((42, 2, 2), num_heads=2, negative_slope=0.2), training),
+        "mpnn": Setting(MPNNConfig((42, 2, 2), "tabulated"), training),
     }
     monkeypatch.setattr(experiments, "RECIPES", {"static": Recipe("mirror", 1, 0.2, settings)})
     return DataConfig(

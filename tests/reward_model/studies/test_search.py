@@ -43,6 +43,41 @@ def test_the_papers_best_network_can_be_drawn():
     assert (training.max_epochs, training.patience, training.batch_size, training.seed) == (1000, 4, 57, 7)
 
 
+def test_draws_stay_what_they_are():
+    """Old studies are gone on with: what the first session of each network draws, in this order."""
+    assert [list(SearchSpace().draw(0, number).params.items()) for number in range(3)] == [
+        [
+            ("block", "rgcn"),
+            ("batch_size", 49),
+            ("hidden_units", 60),
+            ("layers", 4),
+            ("num_bases", 12),
+            ("learning_rate", 0.00038760875227936115),
+            ("weight_decay", 5.84839760393515e-07),
+            ("dropout", 5.757294277848633e-07),
+        ],
+        [
+            ("block", "gat"),
+            ("batch_size", 69),
+            ("hidden_units", 45),
+            ("layers", 9),
+            ("num_heads", 3),
+            ("learning_rate", 0.00021617071553368367),
+            ("weight_decay", 6.90326257979714e-07),
+            ("dropout", 7.070560066167039e-07),
+            ("negative_slope", 0.2093097794458988),
+        ],
+        [
+            ("block", "mpnn"),
+            ("batch_size", 50),
+            ("hidden_units", 25),
+            ("layers", 9),
+            ("learning_rate", 0.0004467799958521294),
+            ("weight_decay", 7.339507551801557e-07),
+        ],
+    ]
+
+
 def test_draws_lie_in_the_ranges_and_follow_from_seed_and_number():
     space = SearchSpace()
     draws = [space.draw(3, number).params for number in range(60)]
@@ -65,6 +100,8 @@ def test_draws_lie_in_the_ranges_and_follow_from_seed_and_number():
     [
         ({"layers": (1, 3)}, "layers must be at least 2, got 1"),
         ({"num_heads": (0, 3)}, "num_heads must be at least 1, got 0"),
+        ({"dropout": (0.0, 1.0)}, "dropout must lie in 0..1, 1 excluded, got 1.0"),
+        ({"edge_network": "deep"}, r"edge_network must be one of \['perceptron', 'tabulated'\], got 'deep'"),
         ({"learning_rate": (1e-3, 1e-4)}, "learning_rate must be a range from low to high, not below 0, got"),
         ({"blocks": ()}, r"blocks must name at least one network, each once, got \[\]"),
         ({"blocks": ("gat", "gat")}, "blocks must name at least one network, each once"),
@@ -148,6 +185,25 @@ def test_another_search_is_not_gone_on_with(data, tmp_path, space, config, other
     with pytest.raises(TrainingStateError, match=rf"study\.db: a study is gone on with as it was begun, {message}"):
         search(data, other, SearchConfig(2, **config), tmp_path / "out", resume=True)
     assert (tmp_path / "out" / "study.db").read_bytes() == before
+
+
+def test_options_of_networks_that_are_not_searched_among_say_nothing(data, tmp_path):
+    """As in studies that are older than a network."""
+    rows = search(data, SMALL, SearchConfig(1), tmp_path / "out")
+    other = SearchSpace(**{name: getattr(SMALL, name) for name in vars(SMALL)} | {"num_heads": (3, 4)})
+    assert "num_heads" not in other.document()
+    assert search(data, other, SearchConfig(1), tmp_path / "out", resume=True) == rows
+    storage = optuna.storages.RDBStorage(f"sqlite:///{tmp_path / 'out' / 'study.db'}")
+    study = optuna.load_study(study_name="search", storage=storage)
+    study.set_user_attr("search", study.user_attrs["search"] | {"num_heads": [3, 10]})
+    assert search(data, SMALL, SearchConfig(1), tmp_path / "out", resume=True) == rows
+    storage.engine.dispose()
+
+
+def test_an_impossible_range_is_one_line(capsys, tmp_path):
+    arguments = ("search", "--data", "ratings.jsonl", "--output", str(tmp_path / "out"), "--num-bases", "0", "3")
+    assert main(arguments) == 2
+    assert capsys.readouterr().err == "reward_model: num_bases must be at least 1, got 0\n"
 
 
 def test_a_search_is_neither_overwritten_nor_resumed_from_nothing(data, tmp_path):

@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from reward_model.base.progress import progress_bars
-from reward_model.networks.checkpoint import NetworkConfig, load_checkpoint
+from reward_model.networks.checkpoint import load_checkpoint
+from reward_model.networks.registry import MPNNConfig
 from reward_model.scenes.scene import ScenarioError
 from reward_model.scenes.socnav2_json import write_socnav2
 from reward_model.scorer import load_scorer, weights_path
@@ -28,7 +29,7 @@ def student():
     windows = {"train": random_windows(0, 6), "development": random_windows(1, 3), "test": random_windows(2, 2)}
     config = TrainingConfig(max_epochs=2, batch_size=4, learning_rate=1e-2)
     with progress_bars() as progress:
-        return distil(Constant(), windows, NetworkConfig("mpnn", (42, 4, 2), "tabulated"), config, progress)
+        return distil(Constant(), windows, MPNNConfig((42, 4, 2), "tabulated"), config, progress)
 
 
 def test_the_card_of_the_weights_that_ship_is_theirs():

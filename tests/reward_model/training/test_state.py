@@ -11,17 +11,17 @@ import torch
 
 from reward_model.commands.main import main
 from reward_model.data.labelled_windows import LabelledWindows
-from reward_model.networks.checkpoint import NetworkConfig
-from reward_model.networks.registry import trainable_network
+from reward_model.networks.building import trainable_network
+from reward_model.networks.registry import GATConfig, MPNNConfig, RGCNConfig
 from reward_model.training.fit import TrainingConfig, fit
 from reward_model.training.state import TrainingState, TrainingStateError, load_state, save_state
 from tests.reward_model.training.test_fit import labelled
 
 CONFIGS = {
-    "mpnn": NetworkConfig("mpnn", (42, 8, 2), "tabulated"),
-    "perceptron": NetworkConfig("mpnn", (42, 4, 2), "perceptron"),
-    "rgcn": NetworkConfig("rgcn", (42, 12, 2), num_bases=4, dropout=0.2),
-    "gat": NetworkConfig("gat", (42, 6, 2), num_heads=3, negative_slope=0.2, dropout=0.2),
+    "mpnn": MPNNConfig((42, 8, 2), "tabulated"),
+    "perceptron": MPNNConfig((42, 4, 2), "perceptron"),
+    "rgcn": RGCNConfig((42, 12, 2), num_bases=4, dropout=0.2),
+    "gat": GATConfig((42, 6, 2), num_heads=3, negative_slope=0.2, dropout=0.2),
 }
 
 
