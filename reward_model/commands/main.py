@@ -39,7 +39,7 @@ class Score:
     weights: str = "default"
     """default (what ships), published (after import-published) or a checkpoint folder."""
     form: Literal["auto", "compiled", "dgl"] = "auto"
-    """compiled is fast and exists for an mpnn; dgl runs the network as it is defined; auto takes what there is."""
+    """compiled is fast and needs no DGL; dgl runs the network as it is defined; auto takes what there is."""
 
     def run(self) -> None:
         """Read every file, then score them together; see the class."""

@@ -26,7 +26,7 @@ from reward_model.graph.packing import NUM_PACKED
 from reward_model.networks.building import trained_network
 from reward_model.networks.checkpoint import Checkpoint, check_tensors
 from reward_model.networks.edge_networks import MEASURED, PLAIN, LayerOperators
-from reward_model.networks.factorised_mpnn import EdgelessMPNN
+from reward_model.networks.factorised_mpnn import FactorisedMPNN
 from reward_model.networks.registry import GATConfig, NetworkConfig, RGCNConfig
 
 
@@ -52,7 +52,7 @@ def compiled_mpnn(checkpoint: Checkpoint, operators_file: Path | None = None) ->
     operators_file: may keep its operators, which take seconds to compute from the weights of perceptrons
     """
     network = trained_network(checkpoint)
-    assert isinstance(network, EdgelessMPNN)
+    assert isinstance(network, FactorisedMPNN)
     return FusedNetwork(flat_layers(network.scoring_operators(operators_file)), score_by_relation)
 
 

@@ -44,7 +44,7 @@ _TO_NEWER: Final = [PLAIN.index(Relation.SECOND_TO_NOW), PLAIN.index(Relation.TH
 _SELF: Final = PLAIN.index(Relation.SELF)
 
 
-class EdgelessMPNN(WindowNetwork):
+class FactorisedMPNN(WindowNetwork):
     """An MPNN with the parameters of `reward_model.networks.mpnn.MPNN`, by name and shape, computed without edges.
 
     With the paper's perceptrons it computes with curves that are straight between the lengths at which they are

@@ -185,7 +185,7 @@ NETWORKS: Final[Mapping[str, Network]] = {
             sees="relations and lengths",
             definition="reward_model.networks.mpnn:MPNN",
             on_dgl=True,
-            trained="reward_model.networks.factorised_mpnn:EdgelessMPNN",
+            trained="reward_model.networks.factorised_mpnn:FactorisedMPNN",
             compiled="reward_model.fast.from_checkpoint:compiled_mpnn",
         ),
     )

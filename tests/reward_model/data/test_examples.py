@@ -17,7 +17,7 @@ from reward_model.data.examples import (
 )
 from reward_model.graph.features import NUM_NODE_FEATURES
 from reward_model.graph.windows import sequence_frames
-from reward_model.networks.factorised_mpnn import EdgelessMPNN
+from reward_model.networks.factorised_mpnn import FactorisedMPNN
 from reward_model.scenes.scene import LabelledSequence, SceneSequence
 from reward_model.training.fit import TrainingConfig, fit
 from tests.reward_model.random_scenes import random_sequence
@@ -156,7 +156,7 @@ def test_means_have_the_gradient_of_all_scores():
     states = []
     for data in (examples.labelled(), examples.labelled_clips(alike=False)):
         torch.manual_seed(0)
-        network = EdgelessMPNN((42, 4, 2), "tabulated")
+        network = FactorisedMPNN((42, 4, 2), "tabulated")
         fit(network, data, examples.labelled(), TrainingConfig(max_epochs=3, batch_size=3))
         states.append(network.state_dict())
     for name, tensor in states[0].items():

@@ -4,14 +4,14 @@ import pytest
 
 from reward_model.networks.building import network_on_dgl, trainable_network, usable_device
 from reward_model.networks.checkpoint import Checkpoint, CheckpointError
-from reward_model.networks.factorised_mpnn import EdgelessMPNN
+from reward_model.networks.factorised_mpnn import FactorisedMPNN
 from reward_model.networks.registry import NETWORKS, MPNNConfig, Network, network_config
 from reward_model.scorer import SocialScorer
 
 
 @pytest.mark.parametrize("edge_network", ["tabulated", "perceptron"])
 def test_an_mpnn_is_trained_without_edges(edge_network):
-    assert isinstance(trainable_network(MPNNConfig((42, 2), edge_network), 0), EdgelessMPNN)
+    assert isinstance(trainable_network(MPNNConfig((42, 2), edge_network), 0), FactorisedMPNN)
 
 
 @pytest.mark.parametrize("kind", ["rgcn", "gat"])
@@ -37,7 +37,7 @@ def test_a_device_that_dgl_cannot_use_is_refused(kind):
 
 def test_forms_that_a_network_does_not_have(monkeypatch):
     checkpoint = Checkpoint(MPNNConfig((42, 2)), {})
-    on_pytorch = Network("MPNN", MPNNConfig, "lengths", "reward_model.networks.factorised_mpnn:EdgelessMPNN")
+    on_pytorch = Network("MPNN", MPNNConfig, "lengths", "reward_model.networks.factorised_mpnn:FactorisedMPNN")
     monkeypatch.setitem(NETWORKS, "mpnn", on_pytorch)
     with pytest.raises(CheckpointError, match=r"^the network mpnn has no dgl form; form must be 'auto' or 'compiled'$"):
         network_on_dgl(checkpoint.config)

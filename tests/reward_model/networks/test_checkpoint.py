@@ -5,7 +5,7 @@ import torch
 from safetensors.torch import save
 
 from reward_model.networks.checkpoint import Checkpoint, CheckpointError, load_checkpoint, save_checkpoint
-from reward_model.networks.factorised_mpnn import EdgelessMPNN
+from reward_model.networks.factorised_mpnn import FactorisedMPNN
 from reward_model.networks.registry import NETWORKS, MPNNConfig
 
 CONFIG = MPNNConfig((42, 4, 2), "tabulated")
@@ -18,7 +18,7 @@ DOCUMENT = {
 
 def some_checkpoint(seed: int = 0, **about) -> Checkpoint:
     torch.manual_seed(seed)
-    return Checkpoint(CONFIG, EdgelessMPNN(CONFIG.sizes, CONFIG.edge_network).state_dict(), about)
+    return Checkpoint(CONFIG, FactorisedMPNN(CONFIG.sizes, CONFIG.edge_network).state_dict(), about)
 
 
 @pytest.fixture

@@ -5,16 +5,16 @@ import torch
 
 from reward_model.graph.windows import scene_graph
 from reward_model.networks.edge_networks import EDGE_NETWORKS, LayerOperators
-from reward_model.networks.factorised_mpnn import EdgelessMPNN, propagate
+from reward_model.networks.factorised_mpnn import FactorisedMPNN, propagate
 from reward_model.networks.padded_windows import pack_windows
 from tests.reward_model.random_scenes import random_windows
 
 SIZES = ((42, 2), (42, 8, 2), (42, 8, 6, 5, 2))  # the number of layers decides which frames are reached
 
 
-def random_network(sizes, edge_network: str, seed: int = 0) -> EdgelessMPNN:
+def random_network(sizes, edge_network: str, seed: int = 0) -> FactorisedMPNN:
     torch.manual_seed(seed)
-    network = EdgelessMPNN(sizes, edge_network).eval()
+    network = FactorisedMPNN(sizes, edge_network).eval()
     for name, parameter in network.named_parameters():
         if name.endswith("tables"):
             torch.nn.init.normal_(parameter, std=0.3)  # a fresh table is the same at all lengths
@@ -110,6 +110,6 @@ def test_parameters_are_named_as_on_dgl():
     for edge_network in EDGE_NETWORKS:
         shapes, expected = (
             {name: tensor.shape for name, tensor in kind((42, 8, 2), edge_network).state_dict().items()}
-            for kind in (EdgelessMPNN, MPNN)
+            for kind in (FactorisedMPNN, MPNN)
         )
         assert shapes == expected

@@ -5,16 +5,16 @@ import pytest
 import torch
 
 from reward_model.data.labelled_windows import LabelledWindows
-from reward_model.networks.factorised_mpnn import EdgelessMPNN
+from reward_model.networks.factorised_mpnn import FactorisedMPNN
 from reward_model.training.fit import Epoch, TrainingConfig, errors, fit
 from tests.reward_model.random_scenes import random_windows
 
 SIZES = (42, 16, 8, 2)
 
 
-def new_network(seed: int = 0) -> EdgelessMPNN:
+def new_network(seed: int = 0) -> FactorisedMPNN:
     torch.manual_seed(seed)
-    return EdgelessMPNN(SIZES, "tabulated")
+    return FactorisedMPNN(SIZES, "tabulated")
 
 
 def labelled(count: int = 8, seed: int = 0) -> LabelledWindows:
