@@ -55,7 +55,6 @@ class TrainingCallback(BaseCallback):
         evaluate_now: evaluates the policy as it is.
         stop: whether the user asked to stop.
         console: where to report.
-
     """
 
     model: PPO

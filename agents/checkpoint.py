@@ -22,8 +22,9 @@ CHECKPOINT_LAYOUT = "socnav2-checkpoint-1"
 class LearningHistory:
     """What the learning curve is drawn from.
 
-    training: one row an update: timesteps and the means of the latest episodes
-    evaluations: one row an evaluation: timesteps, and by measure mean, low and high
+    Attributes:
+        training: one row an update: timesteps and the means of the latest episodes
+        evaluations: one row an evaluation: timesteps, and by measure mean, low and high
     """
 
     training: list[dict[str, float]] = field(default_factory=list)

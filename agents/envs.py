@@ -28,7 +28,6 @@ class EnvironmentMaker(Protocol):
             num_envs: how many.
             num_workers: processes they are spread over; 0 runs them in this one.
             action_repeat: control steps each action lasts.
-
         """
         ...
 
@@ -42,7 +41,6 @@ class SocNavMaker:
         weights: which weights a learned reward uses
         config: where `EnvConfig` differs from the default, as `EnvConfig.from_dict` reads it
         scenario: by name or file; None for rooms and people drawn at random
-
     """
 
     reward: str = "learned"

@@ -24,11 +24,12 @@ CHUNK = 5  # episodes a process takes at a time
 class EpisodeRecord:
     """What came of one episode.
 
-    seed: what the environment was reset with
-    outcome: `arrived`, `collision_person`, `collision_object`, `collision_wall` or `timeout`
-    episode_return: the undiscounted sum of rewards
-    length: control steps
-    metrics: the environment's `episode_metrics`; NaN where a measure does not apply
+    Attributes:
+        seed: what the environment was reset with
+        outcome: `arrived`, `collision_person`, `collision_object`, `collision_wall` or `timeout`
+        episode_return: the undiscounted sum of rewards
+        length: control steps
+        metrics: the environment's `episode_metrics`; NaN where a measure does not apply
     """
 
     seed: int
@@ -82,7 +83,6 @@ def evaluate(
         seeds: one episode each.
         jobs: processes that share the episodes.
         deterministic: whether the agent takes its most probable action.
-
     """
     from joblib import Parallel, delayed
 

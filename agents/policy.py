@@ -32,7 +32,6 @@ class Policy(Protocol):
             state: recurrent state; the agents of this package have none and pass it through.
             episode_start: (batch,) where an episode has just begun; unused without a state.
             deterministic: take the most probable action instead of drawing one.
-
         """
         ...
 

@@ -30,7 +30,6 @@ def load_agent(name_or_path: str | Path) -> Policy:
 
     Raises:
         AgentError: there is no such agent, or its file is broken; the message lists the names.
-
     """
     name = str(name_or_path)
     if name in BASELINES:

@@ -38,7 +38,6 @@ def train(config: RunConfig, make: EnvironmentMaker, folder: Path, console: Cons
 
     Returns:
         The learning curve, or None if the user stopped the training, whose state is saved in both cases.
-
     """
     torch.set_num_threads(THREADS)
     path = folder / CHECKPOINT_FILE

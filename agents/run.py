@@ -46,7 +46,8 @@ def read_run(folder: Path) -> RunConfig:
 def new_folder(config: RunConfig, wanted: Path | None) -> Path:
     """Return the folder of a new run: the one that is wanted, or the first free number under `runs`.
 
-    Raises `AgentError` if the folder already has a run.
+    Raises:
+        AgentError: If the folder already has a run.
     """
     if wanted is not None:
         if (wanted / CONFIG_FILE).exists():
@@ -63,7 +64,6 @@ def run(config: RunConfig, folder: Path, make: EnvironmentMaker, console: Consol
 
     Returns:
         Whether it ran to the end; False if the user stopped the training.
-
     """
     folder.mkdir(parents=True, exist_ok=True)
     write_json(folder / CONFIG_FILE, config.to_dict())

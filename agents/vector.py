@@ -30,7 +30,6 @@ class SB3VecEnv(VecEnv):
 
     Raises:
         ValueError: for another autoreset mode.
-
     """
 
     def __init__(self, envs: VectorEnv[Any, Any, Any], monitored: Sequence[str] = ("is_success",)) -> None:

@@ -24,10 +24,11 @@ BEGIN, END = "<!-- figures -->", "<!-- end of figures -->"
 class Figure:
     """One measured quantity.
 
-    section: the table that it belongs to
-    name: of the quantity
-    unit: of the values
-    values: one of each run, or of each step
+    Attributes:
+        section: the table that it belongs to
+        name: of the quantity
+        unit: of the values
+        values: one of each run, or of each step
     """
 
     section: str

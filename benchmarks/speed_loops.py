@@ -24,7 +24,8 @@ Seconds = defaultdict[str, float]
 def play_single(environment: gym.Env[Any, Any], steps: int, after_call: Callable[[], object] = lambda: None) -> float:
     """Step with random actions through many scenes, since some have many people, and return steps a second.
 
-    after_call: called after every reset and every step; neither it nor resets are timed
+    Args:
+        after_call: called after every reset and every step; neither it nor resets are timed
     """
     seconds, seed, ended = 0.0, 0, True
     for step, action in enumerate(np.random.default_rng(0).uniform(-1, 1, (steps, 2)).astype(np.float32)):

@@ -91,8 +91,10 @@ class Training:
 class Agreement:
     """Differences between the form without edges and DGL's on one batch.
 
-    loss: of DGL's form; loss_difference: absolute
-    gradient_difference: of all gradients as one vector, relative to the vector's length on DGL
+    Attributes:
+        loss: of DGL's form
+        loss_difference: absolute
+        gradient_difference: of all gradients as one vector, relative to the vector's length on DGL
     """
 
     loss: float

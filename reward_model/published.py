@@ -48,11 +48,15 @@ class PublishedWeightsError(ValueError):
 def import_published(source: str | os.PathLike[str]) -> Path:
     """Store the published network in the user's cache, where `load_scorer("published")` finds it.
 
-    source: a wheel of the package, a folder that contains it (unpacked, or site-packages), or a requirement such as
-        `socnavgym==0.1.1`, which pip then downloads without installing anything
+    Args:
+        source: a wheel of the package, a folder that contains it (unpacked, or site-packages), or a requirement such as
+            `socnavgym==0.1.1`, which pip then downloads without installing anything
 
-    Returns the checkpoint's folder.
-    Raises `PublishedWeightsError` where the weights are not available or not those of the published network.
+    Returns:
+        The checkpoint's folder.
+
+    Raises:
+        PublishedWeightsError: If the weights are not available or not those of the published network.
     """
     content, place = _read_state_file(os.fspath(source))
     tensors = _converted(_load_state(content, place), place)

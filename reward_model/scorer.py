@@ -37,13 +37,18 @@ class _Network(Protocol):
 class SocialScorer:
     """A trained network that predicts how acceptable people find a robot's last second.
 
-    name: name of the weights, for reports
-    form: `compiled` (needs no DGL: compiled code on the CPU, elsewhere PyTorch for networks that are trained without
-        DGL), `dgl` (the network as it is defined), or `auto`, the compiled form where there is one and else DGL's
-    device: PyTorch's name of the device; compiled networks are fastest for single windows on `cpu`
-    operators_file: cache of the operators that the compiled form computes from the weights
-    Raises `CheckpointError` where the weights do not fit their network, it has no compiled form for the device or DGL
-    is not installed, and `ValueError` for an unknown form or a missing device.
+    Args:
+        name: name of the weights, for reports
+        form: `compiled` (needs no DGL: compiled code on the CPU, elsewhere PyTorch for networks that are trained
+            without DGL), `dgl` (the network as it is defined), or `auto`, the compiled form where there is one and else
+            DGL's
+        device: PyTorch's name of the device; compiled networks are fastest for single windows on `cpu`
+        operators_file: cache of the operators that the compiled form computes from the weights
+
+    Raises:
+        CheckpointError: If the weights do not fit their network, it has no compiled form for the device or DGL is not
+            installed.
+        ValueError: For an unknown form or a missing device.
     """
 
     def __init__(
@@ -71,7 +76,8 @@ class SocialScorer:
     def score_windows(self, windows: Sequence[Sequence[FrameGraph]]) -> Float32Array:
         """Q1 and Q2 (num_windows, 2) of windows of one to three frames, newest first, made by `frame_graph`.
 
-        Raises `ValueError` for a window of another number of frames.
+        Raises:
+            ValueError: For a window of another number of frames.
         """
         if not windows:
             return np.zeros((0, 2), dtype=np.float32)
@@ -114,9 +120,14 @@ class _OnPyTorch:
 def load_scorer(weights: str | Path = "default", form: Form = "auto", device: str = "cpu") -> SocialScorer:
     """Load a scorer.
 
-    weights: `default` (shipped here), `published` (Bachiller et al.'s network, once imported) or a checkpoint folder
-    form, device: see `SocialScorer`
-    Raises `CheckpointError` where there is no such checkpoint or it cannot be used, `ValueError` as `SocialScorer`.
+    Args:
+        weights: `default` (shipped here), `published` (Bachiller et al.'s network, once imported) or a checkpoint
+            folder
+        form, device: see `SocialScorer`
+
+    Raises:
+        CheckpointError: If there is no such checkpoint or it cannot be used.
+        ValueError: As `SocialScorer`.
     """
     path = weights_path(weights)
     checkpoint = load_checkpoint(path)

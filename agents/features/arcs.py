@@ -49,7 +49,6 @@ def arc_clearances(rows: dict[str, Tensor], masks: dict[str, Tensor], goal: Tens
 
     Returns:
         (batch, num_arcs * num_horizons) [m], below 0 where bodies would overlap, at most 1.
-
     """
     least = np.empty((len(goal), len(ARCS), NUM_PLACES), dtype=np.float32)
     _follow(bodies_of(rows, masks, len(goal)), _places(), least)

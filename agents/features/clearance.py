@@ -53,7 +53,6 @@ def free_distances(rows: dict[str, Tensor], masks: dict[str, Tensor], headings: 
 
     Returns:
         (batch, num_headings) [m], from 0 to 4.
-
     """
     ways = torch.stack([headings.cos(), headings.sin()], dim=1)
     free = np.empty(tuple(headings.shape), dtype=np.float32)

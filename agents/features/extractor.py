@@ -40,7 +40,6 @@ class EntityFeatures(BaseFeaturesExtractor):
     Args:
         observation_space: the Dict space of the `entities` observation; capacities and row widths follow from it.
         hidden: how many numbers encode one entity.
-
     """
 
     def __init__(self, observation_space: spaces.Dict, hidden: int = 32) -> None:
@@ -70,8 +69,9 @@ class EntityFeatures(BaseFeaturesExtractor):
 def greatest(rows: Tensor, counts: Tensor) -> Tensor:
     """Return the maximum of each part of rows (num_rows, width) that are at least 0; 0 where a part is empty.
 
-    counts: (num_parts,) how many rows each part has. Equal rows (a table and the laptop on it stand at one place) share
-    the gradient; `torch.segment_reduce` gets it wrong for them.
+    Args:
+        counts: (num_parts,) how many rows each part has. Equal rows (a table and the laptop on it stand at one place)
+            share the gradient; `torch.segment_reduce` gets it wrong for them.
     """
     parts = torch.repeat_interleave(torch.arange(len(counts)), counts)
     nothing = torch.zeros(len(counts), rows.shape[1])
@@ -83,11 +83,12 @@ class Described(NamedTuple):
 
     Entities that are present stand below each other, type after type and within a type sample after sample.
 
-    own: (batch, robot + 6) the robot's state and the goal as `polar` gives it
-    free: (batch, 2 * (num_headings + num_clearances)) see `look_around`
-    rows: of each type (present, width), see `describe`
-    samples: (present,) whose entity each row is, all types in one
-    counts: (types * batch,) how many rows each type of each sample has
+    Attributes:
+        own: (batch, robot + 6) the robot's state and the goal as `polar` gives it
+        free: (batch, 2 * (num_headings + num_clearances)) see `look_around`
+        rows: of each type (present, width), see `describe`
+        samples: (present,) whose entity each row is, all types in one
+        counts: (types * batch,) how many rows each type of each sample has
     """
 
     own: Tensor
@@ -122,7 +123,6 @@ def describe(observations: dict[str, Tensor], capacities: dict[str, int]) -> dic
         people, objects, walls, interactions: (batch, capacity, width) the closest point as `polar` and `corridor`
             give it, then the attributes
         people_mask and so on: as they were
-
     """
     rows = {kind: torch.unflatten(observations[kind], 1, (capacity, -1)) for kind, capacity in capacities.items()}
     masks = {kind: observations[f"{kind}_mask"] for kind in rows}
@@ -212,8 +212,9 @@ def closest_on_boxes(boxes: Tensor) -> Tensor:
 class Attributes(NamedTuple):
     """What is read off the rows of one type.
 
-    closest: rows (..., row width) to the points (..., 2) closest to the robot
-    of: rows and their closest points as `polar` gives them to the attributes (..., width)
+    Attributes:
+        closest: rows (..., row width) to the points (..., 2) closest to the robot
+        of: rows and their closest points as `polar` gives them to the attributes (..., width)
     """
 
     width: int

@@ -27,7 +27,8 @@ POPULATION = 5  # candidates in a generation for each parameter
 def fit(walks: Walks, generations: int, seed: int, report: Callable[[float], None]) -> PeopleConfig:
     """Minimise the loss, a mean over `KINDS`, by differential evolution (Storn & Price 1997).
 
-    report: called after each generation with the least loss so far
+    Args:
+        report: called after each generation with the least loss so far
     """
     straight = [figures_of(walks, straight_walker(walks, kind)) for kind in KINDS]
 

@@ -19,7 +19,9 @@ MOST_TIME = 2.0  # times the real person's duration, after which a simulated one
 class Crowd(NamedTuple):
     """Statistics of a crowd, over all people and rows.
 
-    speeds: [m/s] over the 0.4 s before; neighbours: [m] from each person to the nearest other
+    Attributes:
+        speeds: [m/s] over the 0.4 s before
+        neighbours: [m] from each person to the nearest other
     """
 
     speeds: FloatArray
@@ -38,7 +40,8 @@ def real_crowd(tracks: list[Track]) -> Crowd:
 def simulated_crowd(tracks: list[Track], groups: IntArray, people: PeopleConfig) -> Crowd:
     """The simulated crowd: people enter as recorded, and walk with their companions to the mean of their exits.
 
-    groups: a number for each track, the same for companions
+    Args:
+        groups: a number for each track, the same for companions
     """
     walkers = _walkers(tracks, groups)
     habits, nowhere = habits_of(people), Surroundings(np.empty((0, 4)), np.empty((0, 3)), np.empty((0, 6)))

@@ -28,10 +28,11 @@ class Track(NamedTuple):
 class Walks(NamedTuple):
     """Many walks of 4.8 s: n walks, with at most m others present in each.
 
-    paths: (n, HORIZON + 1, 2) [m]
-    velocities: (n, 2) [m/s] over the row before the start
-    exits: (n, 2) [m] last place of the whole track
-    others: (n, m, HORIZON + 1, 2) [m] everyone else, NaN while absent
+    Attributes:
+        paths: (n, HORIZON + 1, 2) [m]
+        velocities: (n, 2) [m/s] over the row before the start
+        exits: (n, 2) [m] last place of the whole track
+        others: (n, m, HORIZON + 1, 2) [m] everyone else, NaN while absent
     """
 
     paths: FloatArray
@@ -43,7 +44,8 @@ class Walks(NamedTuple):
 def read_tracks(file: Path) -> dict[int, Track]:
     """Read a file in OpenTraj's format: frame, id, x, z, y, vx, vz, vy. Returns tracks by id.
 
-    Raises `TracksError` naming the file and what is wrong with it.
+    Raises:
+        TracksError: Naming the file and what is wrong with it.
     """
     try:
         rows = np.loadtxt(file, ndmin=2)

@@ -16,10 +16,11 @@ from reward_model.scenes.ratings import Ratings
 class Agreement:
     """Agreement on one question.
 
-    raters: in alphabetical order
-    kappa: (num_raters, num_raters) linearly weighted; on the diagonal a rater's first scores against their second
-        ones. NaN where two raters have no clip in common, or all scores compared are one value
-    counts: (num_raters, num_raters) number of pairs of scores compared
+    Attributes:
+        raters: in alphabetical order
+        kappa: (num_raters, num_raters) linearly weighted; on the diagonal a rater's first scores against their second
+            ones. NaN where two raters have no clip in common, or all scores compared are one value
+        counts: (num_raters, num_raters) number of pairs of scores compared
     """
 
     raters: tuple[str, ...]
@@ -49,7 +50,12 @@ def weighted_kappa(first: FloatArray, second: FloatArray) -> float:
 
     1 minus the mean distance of the pairs divided by the mean distance of any score of the one list from any of
     the other. On whole numbers this is Cohen's weighted kappa with weights |i - j|; scores need no categories.
-    first, second: (n,). Returns NaN where all scores are the same or there are none.
+
+    Args:
+        first, second: (n,)
+
+    Returns:
+        NaN where all scores are the same or there are none.
     """
     if not len(first):
         return math.nan

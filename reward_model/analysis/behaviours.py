@@ -42,10 +42,12 @@ _TABLE = (0.79, 0.78)  # m, width and depth of a table in SocNav2
 class Finding:
     """One statement about a network.
 
-    statement: the letter of the paper's statement, and a number
-    claim: the expected relation of the values; measure: the description of the values
-    values: by name, in the order of the claim; NaN where there was nothing to measure
-    holds: whether the claim is true of the values
+    Attributes:
+        statement: the letter of the paper's statement, and a number
+        claim: the expected relation of the values
+        measure: the description of the values
+        values: by name, in the order of the claim; NaN where there was nothing to measure
+        holds: whether the claim is true of the values
     """
 
     statement: str

@@ -21,9 +21,10 @@ _BIN: Final = 0.05  # width of a histogram's bars, on scores 0..1
 class QuestionErrors:
     """Errors of one question's predictions against its scores, both 0..1.
 
-    count: scores compared
-    mse, mae: mean squared and mean absolute error
-    spearman: rank correlation; NaN where all predictions or all scores are the same
+    Attributes:
+        count: scores compared
+        mse, mae: mean squared and mean absolute error
+        spearman: rank correlation; NaN where all predictions or all scores are the same
     """
 
     count: int
@@ -36,12 +37,13 @@ class QuestionErrors:
 class HumanCeiling:
     """People's mean squared errors on one question, of scores 0..1; NaN where no clip has more than one score.
 
-    pairs: between two scores of one clip, the mean over all pairs
-    one_against_others: of a score from the mean of all others of its clip, the mean over all scores. The reference
-        for a network that was trained on other people's scores
-    one_against_all: the paper's: of a score from the mean of all of its clip, its own included, the mean over a
-        rater's scores and then over raters. Small where a clip has few scores
-    clips: number of clips that have more than one score
+    Attributes:
+        pairs: between two scores of one clip, the mean over all pairs
+        one_against_others: of a score from the mean of all others of its clip, the mean over all scores. The reference
+            for a network that was trained on other people's scores
+        one_against_all: the paper's: of a score from the mean of all of its clip, its own included, the mean over a
+            rater's scores and then over raters. Small where a clip has few scores
+        clips: number of clips that have more than one score
     """
 
     pairs: float
@@ -53,7 +55,8 @@ class HumanCeiling:
 def question_errors(predictions: Float32Array, scores: Float32Array) -> dict[str, QuestionErrors]:
     """Errors of predictions by question; a question without scores is left out.
 
-    predictions, scores: (n, 2), scores NaN where the question was not asked.
+    Args:
+        predictions, scores: (n, 2), scores NaN where the question was not asked.
     """
     found = {}
     for column, question in enumerate(QUESTIONS):

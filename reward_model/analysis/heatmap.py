@@ -74,9 +74,11 @@ class WindowScorer(Protocol):
 class Heatmap:
     """Scores of a robot at the centres of the cells of a grid over its room, in the recorded robot's frame.
 
-    x: (num_x,) [m] forward; y: (num_y,) [m] to the left
-    scores: (num_x, num_y, 2) Q1 and Q2, outside the room too
-    inside: (num_x, num_y) whether the position is within the walls
+    Attributes:
+        x: (num_x,) [m] forward
+        y: (num_y,) [m] to the left
+        scores: (num_x, num_y, 2) Q1 and Q2, outside the room too
+        inside: (num_x, num_y) whether the position is within the walls
     """
 
     x: FloatArray
@@ -102,11 +104,14 @@ def heatmap(
 ) -> Heatmap:
     """Score a scene with the robot at the centre of every cell of a grid over the room's bounding box.
 
-    resolution: cells along each side
-    action: replaces the robot's recorded motion
-    report: called with the number of positions scored since its last call
-    Raises `ScenarioError` where the walls enclose no room or a score is not finite, and `ValueError` for a resolution
-    below 1.
+    Args:
+        resolution: cells along each side
+        action: replaces the robot's recorded motion
+        report: called with the number of positions scored since its last call
+
+    Raises:
+        ScenarioError: If the walls enclose no room or a score is not finite.
+        ValueError: For a resolution below 1.
     """
     if resolution < 1:
         raise ValueError(f"resolution must be at least 1, got {resolution}")
@@ -130,8 +135,9 @@ def score_positions(
 ) -> Float32Array:
     """Q1 and Q2 (num_positions, 2) of a scene with the robot at other positions; see the module.
 
-    positions: (num_positions, 2) [m] in the recorded robot's frame
-    action, report: as in `heatmap`
+    Args:
+        positions: (num_positions, 2) [m] in the recorded robot's frame
+        action, report: as in `heatmap`
     """
     segments = wall_segments(sequence.last.walls)
     frames = _window(sequence, action)
@@ -146,7 +152,8 @@ def score_positions(
 def placed(sequence: SceneSequence, position: FloatArray, action: Action | None = None) -> SceneSequence:
     """The window of a scene with the robot at another position; see the module.
 
-    position: (2,) [m] in the recorded robot's frame
+    Args:
+        position: (2,) [m] in the recorded robot's frame
     """
     frames = _window(sequence, action)
     return SceneSequence(tuple(_shifted(frame, position[None])[0] for frame in reversed(frames)), sequence.name)

@@ -50,8 +50,10 @@ def draw_heatmaps(
 ) -> bytes:
     """A PNG of maps beside one another, a panel for each map and question.
 
-    snapshot: the scene's newest one
-    heatmaps: by `RECORDED` and the names of `ACTIONS`; those of all actions have the paper's order, turns above drives
+    Args:
+        snapshot: the scene's newest one
+        heatmaps: by `RECORDED` and the names of `ACTIONS`; those of all actions have the paper's order, turns above
+            drives
     """
     rows = _layout(heatmaps, questions)
     size = (len(rows[0]) * PANEL + MARGIN, len(rows) * PANEL)

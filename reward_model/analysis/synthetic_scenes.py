@@ -46,10 +46,12 @@ class Thing(NamedTuple):
 class SyntheticScene:
     """A square room centred on the origin, at the moment that is scored. People have the ids from 1 on.
 
-    side: [m]; goal: x, y [m]
-    robot: x [m], y [m], heading [rad]
-    command: forward speed [m/s] and turn rate [rad/s], constant over the whole window
-    interactions: pairs of ids; ids of objects follow those of people
+    Attributes:
+        side: [m]
+        goal: x, y [m]
+        robot: x [m], y [m], heading [rad]
+        command: forward speed [m/s] and turn rate [rad/s], constant over the whole window
+        interactions: pairs of ids; ids of objects follow those of people
     """
 
     goal: tuple[float, float]

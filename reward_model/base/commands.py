@@ -23,7 +23,8 @@ class Command(Protocol):
     def run(self) -> int | None:
         """Run the command; returns the exit status, None for 0.
 
-        Raises `ValueError` with a line for each problem, or `OSError`, for mistakes that the user can correct.
+        Raises:
+            ValueError: With a line for each problem, or `OSError`, for mistakes that the user can correct.
         """
         ...
 
@@ -44,7 +45,6 @@ def run_command(
 
     Raises:
         SystemExit: after `--help` (0), and for invalid options (2), after tyro's explanation.
-
     """
 
     def action() -> int | None:

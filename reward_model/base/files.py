@@ -11,7 +11,9 @@ def replace_file(path: str | os.PathLike[str], content: bytes) -> None:
     """Write a file atomically: under a temporary name in the same folder, then renamed.
 
     Missing folders are created. A reader sees the old file or the new one; an interrupted write leaves the old one.
-    Raises `OSError` naming the file where it cannot be written.
+
+    Raises:
+        OSError: Naming the file where it cannot be written.
     """
     target = Path(path)
     target.parent.mkdir(parents=True, exist_ok=True)

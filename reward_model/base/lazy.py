@@ -10,7 +10,8 @@ from typing import Any
 def lazy_attributes(package: str, homes: Mapping[str, str]) -> Callable[[str], Any]:
     """The `__getattr__` (PEP 562) of a package whose modules load on first use.
 
-    homes: the module of each name, relative to the package
+    Args:
+        homes: the module of each name, relative to the package
     """
 
     def attribute(name: str) -> Any:

@@ -14,8 +14,9 @@ Item = TypeVar("Item")
 def progress_bars(kept: bool = False, shown: bool = True) -> Progress:
     """A display without bars yet.
 
-    kept: whether bars stay on the screen at the end
-    shown: whether bars are shown on a terminal
+    Args:
+        kept: whether bars stay on the screen at the end
+        shown: whether bars are shown on a terminal
     """
     console, on_terminal = _console()
     return Progress(console=console, transient=not kept, disable=not (shown and on_terminal))

@@ -74,8 +74,11 @@ def judged_moments(sequence: SceneSequence) -> SceneSequence:
 def moments(timestamps: Sequence[float]) -> list[list[int]]:
     """The windows of the last moment and of moments up to 1.5 s before it, where there are any, as indices.
 
-    timestamps: [s], oldest first, not empty. Returns windows, the last moment's first, of indices of snapshots, newest
-    first; windows share snapshots where possible.
+    Args:
+        timestamps: [s], oldest first, not empty
+
+    Returns:
+        Windows, the last moment's first, of indices of snapshots, newest first; windows share snapshots where possible.
     """
     windows = []
     for age in (0.0, MOMENTS_APART):

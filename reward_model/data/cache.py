@@ -40,9 +40,10 @@ class CacheError(ValueError):
 class StoredWindows(Sequence[list[FrameGraph]]):
     """Windows as slices of a few long arrays; a window's frames are made on access.
 
-    arrays: those of `FrameGraph`, one frame after the other; the first node and the first link of each frame,
-        `node_starts` and `link_starts`; the frames of all windows, `window_frames`, and the first of each window,
-        `window_starts`. Windows may share frames
+    Args:
+        arrays: those of `FrameGraph`, one frame after the other; the first node and the first link of each frame,
+            `node_starts` and `link_starts`; the frames of all windows, `window_frames`, and the first of each window,
+            `window_starts`. Windows may share frames
     """
 
     def __init__(self, arrays: Arrays) -> None:
@@ -72,9 +73,11 @@ class StoredWindows(Sequence[list[FrameGraph]]):
 def cached_examples(files: tuple[Path, ...], variety: str, folder: Path, make: Callable[[], Examples]) -> Examples:
     """The examples of some files, from the cache; where it has none, from `make`, and then stored.
 
-    variety: name of the augmentation, and of all else that makes other examples of the same files
+    Args:
+        variety: name of the augmentation, and of all else that makes other examples of the same files
 
-    Raises `CacheError` where the entry is damaged.
+    Raises:
+        CacheError: If the entry is damaged.
     """
     entry = folder / _key(files, variety)
     if not entry.is_dir():

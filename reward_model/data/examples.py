@@ -31,12 +31,13 @@ class DatasetError(ValueError):
 class Examples:
     """Windows, their scores and their origin; augmented copies follow their original.
 
-    windows: each one to three frames, newest first
-    scores: (num_examples, 2) Q1 and Q2 in 0..1, NaN where the question was not asked
-    scenes: name of the scene; splits keep a scene in one part
-    clips: name of the clip, see `Ratings`
-    raters: name of the rater, empty where unknown
-    variants: (num_examples,) 0 for an original, above 0 for its augmented copies
+    Attributes:
+        windows: each one to three frames, newest first
+        scores: (num_examples, 2) Q1 and Q2 in 0..1, NaN where the question was not asked
+        scenes: name of the scene; splits keep a scene in one part
+        clips: name of the clip, see `Ratings`
+        raters: name of the rater, empty where unknown
+        variants: (num_examples,) 0 for an original, above 0 for its augmented copies
     """
 
     windows: Sequence[Sequence[FrameGraph]]
@@ -81,7 +82,9 @@ class Examples:
         """The windows for training: each variant of a clip once, with the mean of its scores.
 
         The squared error of the mean has the same gradient as the mean of the squared errors, for less work.
-        alike: clips have equal weights, however many people scored them; else scores have
+
+        Args:
+            alike: clips have equal weights, however many people scored them; else scores have
         """
         rows: dict[tuple[str, int], list[int]] = {}
         for row, key in enumerate(zip(self.clips, self.variants.tolist(), strict=True)):
@@ -177,8 +180,12 @@ def split_by_scene(examples: Examples, held_out: float, seed: int = 0) -> dict[P
     """Split examples into parts; each scene, with all its ratings and augmented copies, is in one part.
 
     A scene's part depends on its name and the seed alone: it stays the same when other scenes are added.
-    held_out: the share of scenes for development, and for the test. Augmented copies are for training only.
-    Raises `DatasetError` where a part would be empty.
+
+    Args:
+        held_out: the share of scenes for development, and for the test. Augmented copies are for training only.
+
+    Raises:
+        DatasetError: If a part would be empty.
     """
     return {
         part: chosen if part == "train" else chosen.originals()

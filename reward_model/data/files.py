@@ -35,11 +35,13 @@ _MOST_PROBLEMS: Final = 20  # lines of one error message at most
 def find_files(path: Path) -> DataFiles:
     """The files of a data set by part, or under `all` where they are not split.
 
-    path: a `.jsonl` file of SocNav1 ratings, a `.json` recording, a `.txt` list of recordings (one name a line,
-        relative to the list), or a folder: with the lists of `SPLIT_LISTS`, with the files of `RATING_FILES`, or
-        with recordings or ratings that are not split
+    Args:
+        path: a `.jsonl` file of SocNav1 ratings, a `.json` recording, a `.txt` list of recordings (one name a line,
+            relative to the list), or a folder: with the lists of `SPLIT_LISTS`, with the files of `RATING_FILES`, or
+            with recordings or ratings that are not split
 
-    Raises `DatasetError` where no file is found, or a list names a missing file or one file twice.
+    Raises:
+        DatasetError: If no file is found, or a list names a missing file or one file twice.
     """
     if path.is_dir():
         return _find_in_folder(path)

@@ -16,9 +16,10 @@ from reward_model.graph.frame import FrameGraph
 class LabelledWindows:
     """Windows and what they were scored.
 
-    windows: each one to three frames, newest first
-    scores: (num_windows, 2) Q1 and Q2 in 0..1, NaN where a question was not asked
-    weights: (num_windows, 2) how much each score counts in training, all the same where there are none
+    Attributes:
+        windows: each one to three frames, newest first
+        scores: (num_windows, 2) Q1 and Q2 in 0..1, NaN where a question was not asked
+        weights: (num_windows, 2) how much each score counts in training, all the same where there are none
     """
 
     windows: Sequence[Sequence[FrameGraph]]

@@ -26,7 +26,8 @@ def label_windows(
 ) -> LabelledWindows:
     """Score windows, as many at a time as keep a progress bar moving.
 
-    report: is told how many have been scored since the last time
+    Args:
+        report: is told how many have been scored since the last time
     """
     scores = [np.zeros((0, 2), dtype=np.float32)]
     for start in range(0, len(windows), _TOGETHER):
@@ -38,7 +39,8 @@ def label_windows(
 def unlabelled_files(data: Path, output: Path) -> tuple[Path, ...]:
     """The recordings of a list or folder that have no labelled copy in `output` yet.
 
-    Raises `DatasetError` as `find_files` does, where they are not recordings, or where `output` is their own folder.
+    Raises:
+        DatasetError: As `find_files` does, where they are not recordings, or where `output` is their own folder.
     """
     files = tuple(path for paths in find_files(data).values() for path in paths)
     if others := [path for path in files if path.suffix != ".json"]:

@@ -33,16 +33,17 @@ from reward_model.scorer import load_scorer, weights_path
 class DataConfig:
     """A data set, its split and its augmentation.
 
-    path: file or folder, see `reward_model.data.files.find_files`
-    augmentation: augmentation of the training part
-    held_out: the share of scenes for development, and for the test, where the data is not split
-    split_seed: seed of that split
-    cache: folder of the cache of graphs, or None for no cache
-    frames: number of frames of each window, the newest; 1 is enough where nothing moves
-    teacher: weights of the network that labelled the data, if one did: it then scores augmented copies, too, as its
-        scores of a scene and its copies may differ; where None, a copy has its original's scores
-    test: another data set, all of which is the test part; where the first is not split, its own test scenes are then
-        used for training
+    Attributes:
+        path: file or folder, see `reward_model.data.files.find_files`
+        augmentation: augmentation of the training part
+        held_out: the share of scenes for development, and for the test, where the data is not split
+        split_seed: seed of that split
+        cache: folder of the cache of graphs, or None for no cache
+        frames: number of frames of each window, the newest; 1 is enough where nothing moves
+        teacher: weights of the network that labelled the data, if one did: it then scores augmented copies, too, as its
+            scores of a scene and its copies may differ; where None, a copy has its original's scores
+        test: another data set, all of which is the test part; where the first is not split, its own test scenes are
+            then used for training
     """
 
     path: Path

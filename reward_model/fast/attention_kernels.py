@@ -23,8 +23,9 @@ _NUM_FEATURES = tuple(map(len, FEATURES))
 class AttentionNetwork(NamedTuple):
     """A GAT, ready for compiled code.
 
-    weights: the concatenated arrays of all layers
-    shapes: (num_layers, 5) the offset and sizes of each layer's arrays, as `gat_layer_at` reads them
+    Attributes:
+        weights: the concatenated arrays of all layers
+        shapes: (num_layers, 5) the offset and sizes of each layer's arrays, as `gat_layer_at` reads them
     """
 
     weights: Float32Array
@@ -34,11 +35,13 @@ class AttentionNetwork(NamedTuple):
 class GATLayer(NamedTuple):
     """One layer's arrays.
 
-    matrices: (kinds * in, width) by kind of node in the first layer, else the same for all (kinds = 1); the heads'
-        messages side by side, then the sender's term of each head's attention (a_l), the receiver's (a_r), and padding
-    bias: (heads * out,)
-    heads, outputs: number of heads, and of outputs of each head
-    slope: of the attention's leaky ReLU
+    Attributes:
+        matrices: (kinds * in, width) by kind of node in the first layer, else the same for all (kinds = 1); the heads'
+            messages side by side, then the sender's term of each head's attention (a_l), the receiver's (a_r), and
+            padding
+        bias: (heads * out,)
+        heads, outputs: number of heads, and of outputs of each head
+        slope: of the attention's leaky ReLU
     """
 
     matrices: Float32Array

@@ -26,9 +26,10 @@ _ONE: Final = np.float32(1.0)
 class EdgeMatrices(NamedTuple):
     """The matrix of each edge: a sum, with coefficients, of a few consecutive matrices of its relation.
 
-    first: (num_edges,) the first of the relation's matrices in the sum
-    coefficients: (num_edges, width) of this matrix and of the following ones
-    used: (num_groups, rank) whether a group's edges use a matrix
+    Attributes:
+        first: (num_edges,) the first of the relation's matrices in the sum
+        coefficients: (num_edges, width) of this matrix and of the following ones
+        used: (num_groups, rank) whether a group's edges use a matrix
     """
 
     first: IntArray

@@ -32,8 +32,9 @@ class FusedNetwork:
 
     It uses as many threads as PyTorch is set to. Scores depend on their window alone, to the last bit.
 
-    network: a named tuple of arrays
-    score_windows: compiled code that writes the scores (num_windows, 2) of windows, given that tuple
+    Args:
+        network: a named tuple of arrays
+        score_windows: compiled code that writes the scores (num_windows, 2) of windows, given that tuple
     """
 
     def __init__(self, network: Arrays, score_windows: Callable[[Stack, Float32Array, Arrays], None]) -> None:

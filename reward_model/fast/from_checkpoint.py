@@ -49,7 +49,8 @@ def compiled_gat(checkpoint: Checkpoint, operators_file: Path | None = None) -> 
 def compiled_mpnn(checkpoint: Checkpoint, operators_file: Path | None = None) -> FusedNetwork:
     """An MPNN. Raises `CheckpointError` where the weights do not fit it.
 
-    operators_file: may keep its operators, which take seconds to compute from the weights of perceptrons
+    Args:
+        operators_file: may keep its operators, which take seconds to compute from the weights of perceptrons
     """
     network = trained_network(checkpoint)
     assert isinstance(network, FactorisedMPNN)

@@ -44,8 +44,9 @@ _PLACE_OF_RELATION: Final = np.array([GROUPED.index(each) if each in GROUPED els
 class Stack(NamedTuple):
     """The packed frames of several windows, one after the other.
 
-    words: see `reward_model.graph.packing`
-    sizes: (num_windows,) number of frames of each window
+    Attributes:
+        words: see `reward_model.graph.packing`
+        sizes: (num_windows,) number of frames of each window
     """
 
     words: Int32Array
@@ -55,10 +56,12 @@ class Stack(NamedTuple):
 class Nodes(NamedTuple):
     """The nodes of several windows.
 
-    features: (num_nodes, 16) those in `FEATURES` of the node's kind, padded with zeros
-    starts: (3 * 5 * num_windows + 1,) the first node of each place in the window, kind (as in KINDS) and window
-    newer, older: (num_nodes,) the same entity's node in the next newer and the next older frame, -1 where there is none
-    inverse_degrees: (num_nodes,) one over the number of edges into each node, its self edge included
+    Attributes:
+        features: (num_nodes, 16) those in `FEATURES` of the node's kind, padded with zeros
+        starts: (3 * 5 * num_windows + 1,) the first node of each place in the window, kind (as in KINDS) and window
+        newer, older: (num_nodes,) the same entity's node in the next newer and the next older frame, -1 where there is
+            none
+        inverse_degrees: (num_nodes,) one over the number of edges into each node, its self edge included
     """
 
     features: Float32Array
@@ -71,11 +74,12 @@ class Nodes(NamedTuple):
 class Edges(NamedTuple):
     """The edges that have a length, in groups of one relation and one centre.
 
-    others: (num_edges,) the node at the other end
-    lengths: (num_edges,) of the edges
-    centres: (num_groups,)
-    starts: (num_groups + 1,) the first edge of each group
-    bounds: (13, 4) the first group of each relation in `GROUPED` at each place in the window, and their end
+    Attributes:
+        others: (num_edges,) the node at the other end
+        lengths: (num_edges,) of the edges
+        centres: (num_groups,)
+        starts: (num_groups + 1,) the first edge of each group
+        bounds: (13, 4) the first group of each relation in `GROUPED` at each place in the window, and their end
     """
 
     others: IntArray

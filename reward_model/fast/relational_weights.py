@@ -40,10 +40,12 @@ _SOURCE_KINDS: Final = {
 class RelationalNetwork(NamedTuple):
     """An MPNN or an R-GCN, ready for compiled code.
 
-    weights: the concatenated arrays of all layers
-    shapes: (num_layers, 8) the offset and sizes of each layer's arrays, as `layer_at` reads them; the last column is
-        whether its tables are those of the layer before
-    by_relation: whether a node averages its messages over the edges of each relation, as in an R-GCN, or over all edges
+    Attributes:
+        weights: the concatenated arrays of all layers
+        shapes: (num_layers, 8) the offset and sizes of each layer's arrays, as `layer_at` reads them; the last column
+            is whether its tables are those of the layer before
+        by_relation: whether a node averages its messages over the edges of each relation, as in an R-GCN, or over all
+            edges
     """
 
     weights: Float32Array
@@ -54,12 +56,13 @@ class RelationalNetwork(NamedTuple):
 class Layer(NamedTuple):
     """One layer's arrays, laid out for matrix products.
 
-    plain: (kinds * 5 * in, out) by kind of node, in the first layer, else the same for all (kinds = 1)
-    measured: (13 * rank * in, out) by `GROUPED`
-    rank: number of matrices of a relation
-    knots: (13, num_knots)
-    tables: (13, num_knots, rank), or (13, num_knots, 0) where there is a matrix for each knot
-    bias: (out,)
+    Attributes:
+        plain: (kinds * 5 * in, out) by kind of node, in the first layer, else the same for all (kinds = 1)
+        measured: (13 * rank * in, out) by `GROUPED`
+        rank: number of matrices of a relation
+        knots: (13, num_knots)
+        tables: (13, num_knots, rank), or (13, num_knots, 0) where there is a matrix for each knot
+        bias: (out,)
     """
 
     plain: Float32Array

@@ -23,7 +23,6 @@ class FrameGraph:
         link_sources, link_targets: (num_links,) node indices of the edges between people, objects and walls
         link_relations: (num_links,) of `Relation`
         link_lengths: (num_links,) [dam] between people and objects, [m] between a person and a wall
-
     """
 
     __slots__ = ("_arrays", "_words")

@@ -52,7 +52,11 @@ def packed_frame(
 ) -> Int32Array:
     """Nodes and links of one snapshot, packed; a link relation of -1 marks an interaction between two objects.
 
-    sizes: (num_objects, 2); segments: (num_walls,); pairs: (num_interactions, 2) ids; interval: [s]
+    Args:
+        sizes: (num_objects, 2)
+        segments: (num_walls,)
+        pairs: (num_interactions, 2) ids
+        interval: [s]
     """
     first_object = 1 + len(people.ids)
     goal_node = first_object + len(objects.ids)

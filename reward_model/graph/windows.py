@@ -43,10 +43,11 @@ _TIME_TOLERANCE: Final = 1e-6  # s, so that five steps of 0.2 s make a second in
 class SceneGraph:
     """A window of frames as one graph, every edge written out.
 
-    features: (num_nodes, 42), the newest frame's room node first
-    sources, targets: (num_edges,) node indices
-    relations: (num_edges,) of `Relation`
-    lengths: (num_edges,) as in the network's input; 0 on self and temporal edges
+    Attributes:
+        features: (num_nodes, 42), the newest frame's room node first
+        sources, targets: (num_edges,) node indices
+        relations: (num_edges,) of `Relation`
+        lengths: (num_edges,) as in the network's input; 0 on self and temporal edges
     """
 
     features: Float32Array
@@ -67,7 +68,11 @@ class SceneGraph:
 def wall_segments(walls: FloatArray) -> IntArray:
     """The number of equal segments of each wall; a window uses that of its newest snapshot for all its frames.
 
-    walls: (num_walls, 4) [m]. Returns (num_walls,).
+    Args:
+        walls: (num_walls, 4) [m]
+
+    Returns:
+        (num_walls,).
     """
     lengths = np.hypot(walls[:, 2] - walls[:, 0], walls[:, 3] - walls[:, 1])
     return (lengths / _WALL_SEGMENT).astype(np.int64) + 1
@@ -77,7 +82,9 @@ def select_window(timestamps: Sequence[float], num_frames: int = NUM_FRAMES) -> 
     """The indices of the window's snapshots, newest first.
 
     The newest snapshot, then up to `num_frames` in all, each the newest that is at least a second older.
-    timestamps: [s], oldest first, not empty.
+
+    Args:
+        timestamps: [s], oldest first, not empty.
     """
     chosen = [len(timestamps) - 1]
     for index in range(len(timestamps) - 2, -1, -1):
@@ -91,9 +98,12 @@ def select_window(timestamps: Sequence[float], num_frames: int = NUM_FRAMES) -> 
 def frame_graph(snapshot: Snapshot, segments: IntArray) -> FrameGraph:
     """The nodes and edges of one snapshot.
 
-    segments: (num_walls,) from `wall_segments`, of the newest snapshot of the scene.
-    Raises `ScenarioError` where two objects interact, for which the graph has no relation, or where the number of
-    walls is not that of `segments`.
+    Args:
+        segments: (num_walls,) from `wall_segments`, of the newest snapshot of the scene.
+
+    Raises:
+        ScenarioError: If two objects interact, for which the graph has no relation, or where the number of walls is not
+            that of `segments`.
     """
     if len(segments) != len(snapshot.walls):
         raise ScenarioError(
@@ -166,8 +176,9 @@ def scene_graph(frames: Sequence[FrameGraph]) -> SceneGraph:
 def mirrored_frame(frame: FrameGraph, *, turn_walls: bool = False) -> FrameGraph:
     """The frame of the scene with left and right swapped; the same as mirroring the snapshot first.
 
-    turn_walls: also reverse the walls' direction. Recorded walls run clockwise, those of a mirror image run
-        anticlockwise unless they are reversed; the network's input differs.
+    Args:
+        turn_walls: also reverse the walls' direction. Recorded walls run clockwise, those of a mirror image run
+            anticlockwise unless they are reversed; the network's input differs.
     """
     signs = MIRROR_SIGNS.copy()
     if turn_walls:

@@ -13,8 +13,9 @@ from reward_model.networks.window_network import WindowNetwork
 def network_on_dgl(config: NetworkConfig, device: str = "cpu") -> WindowNetwork:
     """The network as it is defined, edge by edge; it still has to be moved to the device.
 
-    Raises `CheckpointError` where the network is not one on DGL, or DGL cannot be imported, or cannot use the device:
-    it comes without CUDA, too.
+    Raises:
+        CheckpointError: If the network is not one on DGL, or DGL cannot be imported, or cannot use the device: it comes
+            without CUDA, too.
     """
     network = NETWORKS[config.kind]
     if not network.on_dgl:
@@ -26,7 +27,8 @@ def network_on_dgl(config: NetworkConfig, device: str = "cpu") -> WindowNetwork:
 def trainable_network(config: NetworkConfig, seed: int) -> WindowNetwork:
     """A network with the weights that training starts from, the same for the same seed.
 
-    Raises `CheckpointError` where DGL is needed and cannot be imported.
+    Raises:
+        CheckpointError: If DGL is needed and cannot be imported.
     """
     with torch.random.fork_rng():
         torch.manual_seed(seed)
@@ -36,7 +38,8 @@ def trainable_network(config: NetworkConfig, seed: int) -> WindowNetwork:
 def trained_network(checkpoint: Checkpoint) -> WindowNetwork:
     """The network of a checkpoint in the form that is trained.
 
-    Raises `CheckpointError` where the weights do not fit it, or DGL is needed and cannot be imported.
+    Raises:
+        CheckpointError: If the weights do not fit it, or DGL is needed and cannot be imported.
     """
     return with_weights(_trainable(checkpoint.config), checkpoint)
 
@@ -51,7 +54,9 @@ def with_weights(network: WindowNetwork, checkpoint: Checkpoint) -> WindowNetwor
 def usable_device(config: NetworkConfig, device: str) -> None:
     """Check that a network can be trained on a device.
 
-    Raises `ValueError` where PyTorch cannot use it, `CheckpointError` where the network needs DGL and that cannot.
+    Raises:
+        ValueError: If PyTorch cannot use it.
+        CheckpointError: If the network needs DGL and that cannot.
     """
     torch_device(device)
     if NETWORKS[config.kind].trained_on_dgl:

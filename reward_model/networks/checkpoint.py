@@ -31,9 +31,10 @@ class CheckpointError(ValueError):
 class Checkpoint:
     """A trained network.
 
-    config: how to build it
-    tensors: its state by the names of its class
-    about: where it comes from, for people (JSON values)
+    Attributes:
+        config: how to build it
+        tensors: its state by the names of its class
+        about: where it comes from, for people (JSON values)
     """
 
     config: NetworkConfig
@@ -64,7 +65,8 @@ def save_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
 def load_checkpoint(path: Path) -> Checkpoint:
     """Read a checkpoint folder.
 
-    Raises `CheckpointError` where a file is missing or broken, or the graph layout is not this version's.
+    Raises:
+        CheckpointError: If a file is missing or broken, or the graph layout is not this version's.
     """
     for name in (CONFIG_FILE, WEIGHTS_FILE):
         if not (path / name).is_file():

@@ -32,12 +32,13 @@ IN_METRES: Final = (Relation.PERSON_WALL, Relation.WALL_PERSON)
 class LayerOperators:
     """One layer's matrices as functions of relation and length.
 
-    plain: (5, in, out) one matrix for each of `PLAIN`
-    basis: (13, rank, in, out) for each of `MEASURED`
-    knots: (13, num_knots) [dam or m, as the relation's lengths are] ascending from 0
-    coefficients: (13, num_knots, rank) at the knots; the matrix of a relation at length d is sum_k c_k(d) basis_k
-        with c linear between its knots (and beyond the last one)
-    bias: (out,)
+    Attributes:
+        plain: (5, in, out) one matrix for each of `PLAIN`
+        basis: (13, rank, in, out) for each of `MEASURED`
+        knots: (13, num_knots) [dam or m, as the relation's lengths are] ascending from 0
+        coefficients: (13, num_knots, rank) at the knots; the matrix of a relation at length d is sum_k c_k(d) basis_k
+            with c linear between its knots (and beyond the last one)
+        bias: (out,)
     """
 
     plain: Tensor
@@ -219,7 +220,13 @@ def _reach(relation: Relation) -> float:
 def interpolate(knots: Tensor, table: Tensor, lengths: Tensor) -> Tensor:
     """Read a table at any lengths: linear between its knots and on beyond its ends.
 
-    knots: (num_knots,) ascending; table: (num_knots, width); lengths: of any shape. Returns (*shape, width).
+    Args:
+        knots: (num_knots,) ascending
+        table: (num_knots, width)
+        lengths: of any shape
+
+    Returns:
+        (*shape, width).
     """
     row = (torch.searchsorted(knots, lengths.detach(), right=True) - 1).clamp(0, len(knots) - 2)
     share = ((lengths - knots[row]) / (knots[row + 1] - knots[row])).unsqueeze(-1)

@@ -122,8 +122,9 @@ def propagate(batch: WindowBatch, layers: Sequence[LayerOperators]) -> Tensor:
 class _EdgeWeights:
     """c_k of every edge, for one layer's tables or for several layers that share them.
 
-    into_room, out_of_room: (num_frames, batch, num_slots, kinds * rank) in the columns of each node's kind
-    links: for each of `LINK_RELATIONS`, (num_links, rank)
+    Attributes:
+        into_room, out_of_room: (num_frames, batch, num_slots, kinds * rank) in the columns of each node's kind
+        links: for each of `LINK_RELATIONS`, (num_links, rank)
     """
 
     into_room: Tensor

@@ -18,10 +18,11 @@ class GAT(GraphNetwork):
     It sees who is joined to whom, neither relation nor length. The heads of a hidden layer stand side by side,
     those of the last one are averaged, as in Velickovic et al.
 
-    sizes: features of the nodes, of each head of each hidden layer, and the two scores
-    num_heads: of every layer
-    negative_slope: of the attention's leaky ReLU, the paper's alpha
-    dropout: of each layer's input and of the attention while training
+    Args:
+        sizes: features of the nodes, of each head of each hidden layer, and the two scores
+        num_heads: of every layer
+        negative_slope: of the attention's leaky ReLU, the paper's alpha
+        dropout: of each layer's input and of the attention while training
     """
 
     def __init__(self, sizes: Sequence[int], num_heads: int, negative_slope: float = 0.2, dropout: float = 0.0) -> None:

@@ -17,8 +17,9 @@ from reward_model.networks.graph_network import GraphNetwork
 class MPNN(GraphNetwork):
     """NNConv layers with mean aggregation, ELU between them, ReLU at the end.
 
-    sizes: features of the nodes, of each hidden layer, and the two scores, e.g. (42, 40, 30, 21, 12, 3, 2)
-    edge_network: `perceptron` as published, or `tabulated`
+    Args:
+        sizes: features of the nodes, of each hidden layer, and the two scores, e.g. (42, 40, 30, 21, 12, 3, 2)
+        edge_network: `perceptron` as published, or `tabulated`
     """
 
     def __init__(self, sizes: Sequence[int], edge_network: str = "perceptron") -> None:

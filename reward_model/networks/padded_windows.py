@@ -36,14 +36,15 @@ ABSENT: Final = -1  # the kind of an empty slot
 class WindowBatch:
     """Padded windows.
 
-    features: (num_frames, batch, num_slots, 42)
-    kinds: (num_frames, batch, num_slots) of `NodeKind`, or `ABSENT`
-    lengths: (num_frames, batch, num_slots) of the room edges [dam]
-    degrees: (num_frames, batch, num_slots) incoming edges, at least 1
-    together: (num_frames - 1, batch, num_slots) 1 where a slot is filled in this frame and in the next older one
-    link_sources, link_targets: (num_links,) places in the flattened num_frames * batch * num_slots grid
-    link_lengths: (num_links,) [dam or m]
-    link_counts: how many links of each of `LINK_RELATIONS`; links are sorted that way
+    Attributes:
+        features: (num_frames, batch, num_slots, 42)
+        kinds: (num_frames, batch, num_slots) of `NodeKind`, or `ABSENT`
+        lengths: (num_frames, batch, num_slots) of the room edges [dam]
+        degrees: (num_frames, batch, num_slots) incoming edges, at least 1
+        together: (num_frames - 1, batch, num_slots) 1 where a slot is filled in this frame and in the next older one
+        link_sources, link_targets: (num_links,) places in the flattened num_frames * batch * num_slots grid
+        link_lengths: (num_links,) [dam or m]
+        link_counts: how many links of each of `LINK_RELATIONS`; links are sorted that way
     """
 
     features: Tensor

@@ -27,9 +27,10 @@ from typing import (
 class Option:
     """What holds for an option of a network, beside its type and its default.
 
-    help: what it is, without a full stop
-    search: the range that a random search draws from by default, both ends included; None where it draws none
-    at_least, below: bounds of a number
+    Attributes:
+        help: what it is, without a full stop
+        search: the range that a random search draws from by default, both ends included; None where it draws none
+        at_least, below: bounds of a number
     """
 
     help: str
@@ -64,9 +65,12 @@ class OptionField(NamedTuple):
 class NetworkConfig:
     """What is needed to build a network before its weights are loaded; a class for each network adds its options.
 
-    kind: its name in `NETWORKS`
-    sizes: features of the nodes, of every hidden layer, and of the output (Q1 and Q2)
-    Raises `ValueError` for sizes or options that no network can have.
+    Attributes:
+        kind: its name in `NETWORKS`
+        sizes: features of the nodes, of every hidden layer, and of the output (Q1 and Q2)
+
+    Raises:
+        ValueError: For sizes or options that no network can have.
     """
 
     kind: ClassVar[str]
@@ -134,16 +138,18 @@ class MPNNConfig(NetworkConfig):
 class Network:
     """A kind of network.
 
-    title: its name in tables
-    config: the class of its options
-    sees: what it sees of a graph's edges
-    definition: its class, a `WindowNetwork` that is called with `sizes` and the options
-    on_dgl: whether that runs on DGL
-    trained: a class with the same parameters by name and shape that is trained in its place
-    compiled: what scores on the CPU in compiled code, called with a checkpoint and the file that may keep what takes
-        long to compute from the weights, or None; it returns a callable from windows to scores, (num_windows, 2), and
-        raises `CheckpointError` where the weights do not fit
     Definition, trained and compiled are `module:name`, imported when they are needed.
+
+    Attributes:
+        title: its name in tables
+        config: the class of its options
+        sees: what it sees of a graph's edges
+        definition: its class, a `WindowNetwork` that is called with `sizes` and the options
+        on_dgl: whether that runs on DGL
+        trained: a class with the same parameters by name and shape that is trained in its place
+        compiled: what scores on the CPU in compiled code, called with a checkpoint and the file that may keep what
+            takes long to compute from the weights, or None; it returns a callable from windows to scores, (num_windows,
+            2), and raises `CheckpointError` where the weights do not fit
     """
 
     title: str
@@ -200,7 +206,8 @@ else:
 def network_config(kind: str, sizes: tuple[int, ...], options: Mapping[str, Any]) -> NetworkConfig:
     """The config of a network by name. Options that are not given have their defaults.
 
-    Raises `ValueError` for an unknown name, an option of another network, or a value that it cannot have.
+    Raises:
+        ValueError: For an unknown name, an option of another network, or a value that it cannot have.
     """
     if kind not in NETWORKS:
         raise ValueError(f"network kind must be one of {sorted(NETWORKS)}, got {kind!r}")

@@ -23,9 +23,10 @@ class RGCN(GraphNetwork):
     c_i,r of Schlichtkrull et al.), or the dozens of wall segments in a room would drown its people. The graph has
     self edges as a relation of its own, so the layers add none.
 
-    sizes: features of the nodes, of each hidden layer, and the two scores
-    num_bases: matrices that the 18 relations' are mixed from; a layer has no more than there are relations
-    dropout: of each hidden layer's output while training
+    Args:
+        sizes: features of the nodes, of each hidden layer, and the two scores
+        num_bases: matrices that the 18 relations' are mixed from; a layer has no more than there are relations
+        dropout: of each hidden layer's output while training
     """
 
     def __init__(self, sizes: Sequence[int], num_bases: int, dropout: float = 0.0) -> None:

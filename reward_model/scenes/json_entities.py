@@ -14,9 +14,11 @@ from reward_model.scenes.scene import Interactions
 class EntityIds:
     """The ids of one scene's people and objects, in order.
 
-    people, objects: lists of JSON objects with an `id` each
+    Args:
+        people, objects: lists of JSON objects with an `id` each
 
-    Raises `ScenarioError` where an id is no integer or is used twice.
+    Raises:
+        ScenarioError: If an id is no integer or is used twice.
     """
 
     people: IntArray
@@ -33,8 +35,9 @@ class EntityIds:
 
         A pair that is given twice or in both directions is kept once, with its first relation.
 
-        Raises `ScenarioError` where an id is unknown, where both ids are the same, and where both are objects': the
-        graph has no relation between objects.
+        Raises:
+            ScenarioError: If an id is unknown, where both ids are the same, and where both are objects': the graph has
+                no relation between objects.
         """
         relations: dict[tuple[int, int], str] = {}
         for first, second, relation in links:

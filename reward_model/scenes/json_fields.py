@@ -22,9 +22,10 @@ _INT64 = np.iinfo(np.int64)
 class JsonField:
     """A value inside a decoded JSON document, and its position.
 
-    value: the decoded value
-    place: the start of error messages, e.g. `scene.json: snapshot 3`
-    path: from there to the value, e.g. `people[2].vx`; empty at the root
+    Attributes:
+        value: the decoded value
+        place: the start of error messages, e.g. `scene.json: snapshot 3`
+        path: from there to the value, e.g. `people[2].vx`; empty at the root
     """
 
     value: object
@@ -111,9 +112,11 @@ def read_text_file(path: str | os.PathLike[str]) -> str:
 def decode_json(text: str, place: Callable[[int], str]) -> object:
     """Decode a JSON text.
 
-    place: maps a line number, counted from 1, to its name in error messages
+    Args:
+        place: maps a line number, counted from 1, to its name in error messages
 
-    Raises `ScenarioError` naming line and column where the text is no JSON.
+    Raises:
+        ScenarioError: Naming line and column where the text is no JSON.
     """
     try:
         return json.loads(text)

@@ -33,7 +33,8 @@ def placed_at(viewpoint: FloatArray, poses: FloatArray) -> FloatArray:
 def driven(forward: float, turn: float, duration: float) -> FloatArray:
     """The pose (3,) after driving from the origin at a constant forward speed [m/s] and turn rate [rad/s].
 
-    duration: [s]; a negative one gives the pose from which the origin is reached
+    Args:
+        duration: [s]; a negative one gives the pose from which the origin is reached
     """
     angle = turn * duration
     chord = forward * duration * np.sinc(angle / (2 * np.pi))  # of the arc; its direction is half the angle
@@ -43,8 +44,9 @@ def driven(forward: float, turn: float, duration: float) -> FloatArray:
 def aligned(points: FloatArray, others: FloatArray) -> FloatArray:
     """The pose (3,) of the frame of `points` in the frame of `others`, which are the same points fixed in the room.
 
-    points, others: (num_points, 2) [m] the points in the two frames; one rotation and one shift are fitted to them by
-        least squares
+    Args:
+        points, others: (num_points, 2) [m] the points in the two frames; one rotation and one shift are fitted to them
+            by least squares
     """
     centre, other_centre = points.mean(axis=0), others.mean(axis=0)
     first, second = points - centre, others - other_centre

@@ -27,10 +27,11 @@ _HIGHEST: Final = 100.0  # a perfect score in the files
 class Ratings:
     """People's scores of clips, one rating a row; a rater who scored a clip twice has two rows, the first time first.
 
-    clips: name of the clip, the same for all its ratings. A scene, the unit of splits, may have several clips:
-        SocNav1's scene 02130 has two, `02130 A` and `02130 B`, that differ as much as any two others
-    raters: name of the rater
-    scores: (num_ratings, 2) Q1 and Q2 in 0..1, NaN where the question was not asked
+    Attributes:
+        clips: name of the clip, the same for all its ratings. A scene, the unit of splits, may have several clips:
+            SocNav1's scene 02130 has two, `02130 A` and `02130 B`, that differ as much as any two others
+        raters: name of the rater
+        scores: (num_ratings, 2) Q1 and Q2 in 0..1, NaN where the question was not asked
     """
 
     clips: tuple[str, ...]
@@ -63,7 +64,9 @@ def read_ratings(paths: Iterable[str | os.PathLike[str]]) -> Ratings:
     """Read ratings from SocNav1 files (`.jsonl`) and tables (`.csv`) into one table.
 
     A `.csv` table has the columns `clip`, `rater` and `q1`, `q2` or both, scores 0..100 or empty.
-    Raises `ScenarioError` naming the file, the line, the field and the rule.
+
+    Raises:
+        ScenarioError: Naming the file, the line, the field and the rule.
     """
     parts = []
     for path in map(Path, paths):

@@ -38,9 +38,10 @@ class Scores(NamedTuple):
 class People:
     """The people in a snapshot.
 
-    ids: (num_people,) unique among people and objects
-    poses: (num_people, 3) x [m], y [m], heading [rad]
-    velocities: (num_people, 3) [m/s, m/s, rad/s], relative to the robot
+    Attributes:
+        ids: (num_people,) unique among people and objects
+        poses: (num_people, 3) x [m], y [m], heading [rad]
+        velocities: (num_people, 3) [m/s, m/s, rad/s], relative to the robot
     """
 
     ids: IntArray
@@ -55,10 +56,11 @@ class People:
 class Objects:
     """The objects (tables, laptops, plants) in a snapshot.
 
-    ids: (num_objects,) unique among people and objects
-    poses: (num_objects, 3) x [m], y [m], heading [rad]
-    velocities: (num_objects, 3) [m/s, m/s, rad/s], relative to the robot
-    sizes: (num_objects, 2) width and depth [m]
+    Attributes:
+        ids: (num_objects,) unique among people and objects
+        poses: (num_objects, 3) x [m], y [m], heading [rad]
+        velocities: (num_objects, 3) [m/s, m/s, rad/s], relative to the robot
+        sizes: (num_objects, 2) width and depth [m]
     """
 
     ids: IntArray
@@ -74,8 +76,9 @@ class Objects:
 class Interactions:
     """Interactions between people and objects, each pair once.
 
-    pairs: (num_interactions, 2) ids of people or objects
-    relations: name of each pair's relation, e.g. `two_static_person_talking`
+    Attributes:
+        pairs: (num_interactions, 2) ids of people or objects
+        relations: name of each pair's relation, e.g. `two_static_person_talking`
     """
 
     pairs: IntArray
@@ -89,12 +92,13 @@ class Interactions:
 class Snapshot:
     """One instant of a scene in the robot's frame.
 
-    timestamp: [s], from any origin
-    interval: [s] over which velocities were measured; the graph's features are displacements over it
-    command: (3,) forward speed [m/s], speed to the left [m/s], turn rate [rad/s]
-    goal: (2,) [m]
-    walls: (num_walls, 4) x1, y1, x2, y2 [m]
-    robot_pose: (3,) x [m], y [m], heading [rad] in the room's frame, where it is known
+    Attributes:
+        timestamp: [s], from any origin
+        interval: [s] over which velocities were measured; the graph's features are displacements over it
+        command: (3,) forward speed [m/s], speed to the left [m/s], turn rate [rad/s]
+        goal: (2,) [m]
+        walls: (num_walls, 4) x1, y1, x2, y2 [m]
+        robot_pose: (3,) x [m], y [m], heading [rad] in the room's frame, where it is known
     """
 
     timestamp: float
@@ -112,7 +116,8 @@ class Snapshot:
 class SceneSequence:
     """Snapshots of one scene, oldest first, checked on construction.
 
-    Raises `ScenarioError` naming the snapshot and the field that breaks a rule.
+    Raises:
+        ScenarioError: Naming the snapshot and the field that breaks a rule.
     """
 
     snapshots: tuple[Snapshot, ...]
@@ -151,9 +156,10 @@ Sequence = SceneSequence
 class LabelledSequence:
     """A sequence and one person's scores of it.
 
-    q1, q2: 0..1, or None where the question was not asked
-    scene: the same for every rating and every augmented copy of one scene; splits keep a scene in one part
-    rater: name of the rater, empty where unknown
+    Attributes:
+        q1, q2: 0..1, or None where the question was not asked
+        scene: the same for every rating and every augmented copy of one scene; splits keep a scene in one part
+        rater: name of the rater, empty where unknown
     """
 
     sequence: SceneSequence

@@ -48,7 +48,8 @@ def read_socnav1(path: str | os.PathLike[str]) -> list[LabelledSequence]:
 
     `scene` is the number in a rating's identifier, the same for all ratings of one scene; `q2` is None.
 
-    Raises `ScenarioError` with one line naming the file, the line, the field and the rule.
+    Raises:
+        ScenarioError: With one line naming the file, the line, the field and the rule.
     """
     name = os.fspath(path)
     ratings = []

@@ -60,7 +60,8 @@ Document = list[dict[str, object]]
 def read_socnav2(path: str | os.PathLike[str]) -> SceneSequence:
     """Read a recorded scene.
 
-    Raises `ScenarioError` with one line naming the file, the snapshot, the field and the rule.
+    Raises:
+        ScenarioError: With one line naming the file, the snapshot, the field and the rule.
     """
     return parse_socnav2(_read_document(path), os.fspath(path))
 
@@ -71,7 +72,8 @@ def read_labelled_socnav2(path: str | os.PathLike[str]) -> LabelledSequence:
     The scores are those of the last snapshot or, where it has none, of the newest one that has. One of the two
     questions may be missing. `scene` is the recording's `ID`.
 
-    Raises `ScenarioError` like `read_socnav2`, and where no snapshot has a score.
+    Raises:
+        ScenarioError: Like `read_socnav2`, and where no snapshot has a score.
     """
     return parse_labelled_socnav2(_read_document(path), os.fspath(path))
 
@@ -90,9 +92,11 @@ def encode_socnav2(recording: SceneSequence | LabelledSequence) -> bytes:
 def parse_socnav2(document: object, name: str) -> SceneSequence:
     """The scene in a decoded JSON document.
 
-    name: the document's name in error messages
+    Args:
+        name: the document's name in error messages
 
-    Raises `ScenarioError` like `read_socnav2`.
+    Raises:
+        ScenarioError: Like `read_socnav2`.
     """
     fields = _snapshot_fields(document, name)
     identity = fields[0]["ID"].text()

@@ -51,7 +51,8 @@ class Setting(NamedTuple):
 class Recipe:
     """What suits a kind of data.
 
-    held_out: the share of the scenes that trainings are stopped and chosen by
+    Attributes:
+        held_out: the share of the scenes that trainings are stopped and chosen by
     """
 
     augmentation: Augmentation
@@ -64,7 +65,8 @@ class Recipe:
 class Row:
     """One line of the table: a network's trainings, or the mean of several networks' answers.
 
-    numbers: of every training, by name
+    Attributes:
+        numbers: of every training, by name
     """
 
     name: str
@@ -157,9 +159,11 @@ def experiment(
 
     In `output` are the table, also as JSON with the numbers of every training, a folder a training, and of each
     network's best training a histogram of its absolute errors on the test part.
-    max_epochs: instead of the recipe's
     Raises `ValueError`s for what is wrong with data or options, `TrainingStateError` where `output` holds another
     experiment.
+
+    Args:
+        max_epochs: instead of the recipe's
     """
     settings = {
         name: setting if max_epochs is None else _shortened(setting, max_epochs)

@@ -41,9 +41,10 @@ _LOCK_FILE: Final = ".lock"
 class SearchConfig:
     """How much to search, and with what.
 
-    sessions: in all, those of a search that is gone on with included
-    seed: of the hyperparameters; a session's weights and the order of its data follow from its number
-    clips_alike: as in `Session`
+    Attributes:
+        sessions: in all, those of a search that is gone on with included
+        seed: of the hyperparameters; a session's weights and the order of its data follow from its number
+        clips_alike: as in `Session`
     """
 
     sessions: int = 341

@@ -33,7 +33,9 @@ class SearchSpace:
     """Ranges to draw from, both ends included; sessions take the blocks in turn.
 
     Every option of a network has a field, too: the range to draw it from, or its value where none is drawn.
-    Raises `ValueError` for ranges that nothing can be drawn from.
+
+    Raises:
+        ValueError: For ranges that nothing can be drawn from.
     """
 
     blocks: tuple[Kind, ...] = ("rgcn", "gat", "mpnn")

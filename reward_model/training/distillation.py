@@ -38,8 +38,11 @@ def distil(
 ) -> Checkpoint:
     """Train a network on a teacher's scores of windows, and of the training windows' mirror images.
 
-    windows: of all three parts
-    Returns the checkpoint of `learn_windows`, with the teacher and the numbers of windows in its `about`.
+    Args:
+        windows: of all three parts
+
+    Returns:
+        The checkpoint of `learn_windows`, with the teacher and the numbers of windows in its `about`.
     """
     labelled = {}
     for part, each in windows.items():
@@ -60,7 +63,8 @@ def save_with_card(path: Path, checkpoint: Checkpoint) -> None:
 def recordings_to_compare(folder: Path) -> list[SceneSequence]:
     """Every SocNav2 recording of a folder, first whole and then without its last snapshots.
 
-    Raises `ScenarioError` where there is none or one cannot be read.
+    Raises:
+        ScenarioError: If there is none or one cannot be read.
     """
     paths = sorted(path for path in folder.glob("*.json") if path.name != _REFERENCE_FILE)
     if not paths:

@@ -34,7 +34,8 @@ _LEAK = 0.1  # slope below zero in training, since scores below zero would have 
 class TrainingConfig:
     """Options of a training.
 
-    patience: epochs without a better development error before training stops
+    Attributes:
+        patience: epochs without a better development error before training stops
     """
 
     max_epochs: int = 60
@@ -80,12 +81,19 @@ def fit(
     """Train in place; the network ends with the weights of its best epoch on the development windows.
 
     The learning rate falls to a hundredth along a half cosine.
-    after_epoch: called with every epoch after it is written to `state_file`; a resumed training first calls it with
-        its earlier epochs
-    state_file: written after every epoch; with `resume`, its training continues as if it had not been interrupted
-    Returns every epoch's errors.
-    Raises `ValueError` where one of the data sets has no score, `DivergedError` where no error is a number, and
-    `TrainingStateError` where `state_file` is not of this training.
+
+    Args:
+        after_epoch: called with every epoch after it is written to `state_file`; a resumed training first calls it with
+            its earlier epochs
+        state_file: written after every epoch; with `resume`, its training continues as if it had not been interrupted
+
+    Returns:
+        Every epoch's errors.
+
+    Raises:
+        ValueError: If one of the data sets has no score.
+        DivergedError: If no error is a number.
+        TrainingStateError: If `state_file` is not of this training.
     """
     for name, data in (("train", train), ("development", development)):
         if np.isnan(data.scores).all():

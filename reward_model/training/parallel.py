@@ -35,7 +35,9 @@ def run_sessions(
 
     Interrupted sessions are resumed, finished ones are read. A result is the checkpoint's `about`; that of a diverged
     training has the key `FAILED`.
-    Raises `ValueError` where the backend is not installed, and what `load_parts` and `fit` raise.
+
+    Raises:
+        ValueError: If the backend is not installed, and what `load_parts` and `fit` raise.
     """
     if jobs < 1:
         raise ValueError(f"jobs must be at least 1, got {jobs}")

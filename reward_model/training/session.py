@@ -38,7 +38,8 @@ TENSORBOARD_FOLDER: Final = "tensorboard"
 class Session:
     """The data, network and options of one training.
 
-    clips_alike: clips have equal weights, however many people scored them; else scores have
+    Attributes:
+        clips_alike: clips have equal weights, however many people scored them; else scores have
     """
 
     data: DataConfig
@@ -50,9 +51,14 @@ class Session:
 def train(session: Session, output: Path, resume: bool = False) -> dict[str, Any]:
     """Train a network and save it as a checkpoint in `output`, beside its curve and logs.
 
-    resume: continue the interrupted training in `output`
-    Returns the checkpoint's `about`.
-    Raises `ValueError` where data or options are not valid.
+    Args:
+        resume: continue the interrupted training in `output`
+
+    Returns:
+        The checkpoint's `about`.
+
+    Raises:
+        ValueError: If data or options are not valid.
     """
     usable_device(session.network, session.training.device)
     if not resume and (output / STATE_FILE).exists():
@@ -103,9 +109,11 @@ def learn_windows(
 ) -> Checkpoint:
     """Train a network on labelled windows; the checkpoint's `about` has the options and the errors.
 
-    parts: with a train and a development part; a test part adds the errors of its questions that have scores
-    after_epoch, state_file, resume: see `fit`
     Raises as `fit`.
+
+    Args:
+        parts: with a train and a development part; a test part adds the errors of its questions that have scores
+        after_epoch, state_file, resume: see `fit`
     """
     network = trainable_network(network_config, config.seed)
     history = fit(network, parts["train"], parts["development"], config, after_epoch, state_file, resume)
@@ -140,8 +148,11 @@ def evaluate(
 ) -> dict[str, Any]:
     """Compare a network with people's scores.
 
-    output: a folder for `evaluation.json` and a histogram of absolute errors for each question
-    Returns the report. Raises as `load_part`.
+    Args:
+        output: a folder for `evaluation.json` and a histogram of absolute errors for each question
+
+    Returns:
+        The report. Raises as `load_part`.
     """
     with progress_bars() as progress:
         examples = load_part(data, part, progress)

@@ -31,9 +31,10 @@ class TrainingStateError(ValueError):
 class TrainingState:
     """The state from which a training continues as if it had not been interrupted.
 
-    run: the training's data and options; resuming with others is refused
-    progress: JSON values
-    tensors: of the network, the optimizer and the generators
+    Attributes:
+        run: the training's data and options; resuming with others is refused
+        progress: JSON values
+        tensors: of the network, the optimizer and the generators
     """
 
     run: dict[str, Any]
@@ -51,8 +52,9 @@ def save_state(path: Path, state: TrainingState) -> None:
 def load_state(path: Path, run: dict[str, Any]) -> TrainingState:
     """Read the state of the training with this `run`.
 
-    Raises `TrainingStateError` where the file is missing or broken, or its `run` is another: the first entry that
-    differs is named.
+    Raises:
+        TrainingStateError: If the file is missing or broken, or its `run` is another: the first entry that differs is
+            named.
     """
     try:
         content = path.read_bytes()

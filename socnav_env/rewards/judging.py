@@ -23,7 +23,6 @@ def judge_all(scorers: Sequence[Scorer | None], windows: Sequence[Sequence[Frame
     Args:
         scorers: of each window.
         windows: of one to three frames each, newest first.
-
     """
     places: dict[int, list[int]] = {}
     for place, scorer in enumerate(scorers):
