@@ -3,16 +3,43 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Final
 
 from socnav_env.config.checks import ConfigError, check_choice, check_number
 
-DIFFERENTIAL, HOLONOMIC = "differential", "holonomic"
-DRIVES = (DIFFERENTIAL, HOLONOMIC)
 MOST_NOISE = 3.0  # standard deviations, at which noise is cut off
 
 RATED_SPEED = 3.5 / 9.4  # m/s, the fastest robot that the raters of SocNav2 saw
 RATED_TURN_RATE = 4.0 / 10.32  # rad/s, likewise
+
+FORWARD, LEFT, TURN = "forward", "left", "turn"
+COMPONENTS = (FORWARD, LEFT, TURN)  # of a command, whatever the drive
+
+
+@dataclass(frozen=True)
+class DriveType:
+    """The facts about a drive; `socnav_env.simulation.actions` has what its actions mean.
+
+    Attributes:
+        axes: names of an action's numbers, in their order
+        moves: those of `COMPONENTS` that the robot's velocity can have
+        rated: whether the raters of SocNav2 saw such a robot
+    """
+
+    axes: tuple[str, ...]
+    moves: tuple[str, ...]
+    rated: bool = False
+
+
+DRIVES: Final[Mapping[str, DriveType]] = MappingProxyType(
+    {
+        "differential": DriveType(axes=(FORWARD, TURN), moves=(FORWARD, TURN), rated=True),
+        "holonomic": DriveType(axes=COMPONENTS, moves=COMPONENTS),
+    }
+)
 
 
 @dataclass(frozen=True)
@@ -33,7 +60,7 @@ class RobotConfig:
     min_goal_distance: [m] between the robot's start and the goal
     """
 
-    drive: str = DIFFERENTIAL
+    drive: str = "differential"
     radius: float = 0.25
     max_forward_speed: float = RATED_SPEED
     max_backward_speed: float = RATED_SPEED
@@ -47,7 +74,7 @@ class RobotConfig:
     min_goal_distance: float = 2.0
 
     def __post_init__(self) -> None:
-        check_choice("robot.drive", self.drive, DRIVES)
+        check_choice("robot.drive", self.drive, tuple(DRIVES))
         for name in ("radius", "max_forward_speed", "max_turn_rate", "arrival_radius"):
             check_number(f"robot.{name}", getattr(self, name), 1e-3, math.inf)
         for name in ("max_backward_speed", "max_sideways_speed", "speed_noise", "turn_noise", "min_goal_distance"):
@@ -62,18 +89,18 @@ class RobotConfig:
             )
 
     @property
-    def is_holonomic(self) -> bool:
-        """Whether it can drive to the side."""
-        return self.drive == HOLONOMIC
+    def drive_type(self) -> DriveType:
+        """The entry of `DRIVES`."""
+        return DRIVES[self.drive]
 
     @property
     def top_speed(self) -> float:
         """[m/s] that it can be told to drive at, in whichever direction is fastest."""
-        sideways = self.max_sideways_speed if self.is_holonomic else 0.0
+        sideways = self.max_sideways_speed if LEFT in self.drive_type.moves else 0.0
         return max(self.max_forward_speed, self.max_backward_speed, sideways)
 
     @property
     def in_rated_range(self) -> bool:
         """Whether the raters of SocNav2 saw such a robot: none that drives sideways, and none that is faster."""
         slow = self.top_speed <= RATED_SPEED + 1e-9 and self.max_turn_rate <= RATED_TURN_RATE + 1e-9
-        return slow and not self.is_holonomic
+        return slow and self.drive_type.rated

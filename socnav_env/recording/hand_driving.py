@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from socnav_env.config.robot import RobotConfig
+from socnav_env.config.robot import COMPONENTS, TURN, RobotConfig
 from socnav_env.env import SocNavEnv
 from socnav_env.recording.files import record_episode, write_recording
 from socnav_env.trajectories.outcomes import Outcome
@@ -51,7 +51,7 @@ def _wait(env: SocNavEnv) -> None:
         env.render()
 
 
-def _action(drive: tuple[float, float, float], robot: RobotConfig) -> list[float]:
-    """The action for a drive of forward, left and turn."""
-    forward, left, turn = drive
-    return [forward, left, turn] if robot.is_holonomic else [forward, turn]
+def _action(wanted: tuple[float, float, float], robot: RobotConfig) -> list[float]:
+    """The action for hand controls of forward, left and turn; an axis of another name is steered like a turn."""
+    controls = dict(zip(COMPONENTS, wanted, strict=True))
+    return [controls.get(axis, controls[TURN]) for axis in robot.drive_type.axes]

@@ -1,12 +1,15 @@
 """From actions, shares of the robot's top speeds, to commands in SI units, and back.
 
-A command is (3,) forward speed [m/s], speed to the left [m/s] and turn rate [rad/s], whatever the robot's drive; a
-differential one is never told to drive to the left.
+A command is (3,) forward speed [m/s], speed to the left [m/s] and turn rate [rad/s], whatever the robot's drive; that
+of a differential one never goes to the left.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Final, Protocol
 
 import numpy as np
 from gymnasium import spaces
@@ -14,22 +17,64 @@ from numpy.typing import ArrayLike, NDArray
 
 from reward_model.base.arrays import FloatArray
 from reward_model.base.numba import njit
-from socnav_env.config.robot import RobotConfig
+from socnav_env.config.robot import FORWARD, LEFT, TURN, RobotConfig
+
+_NUMBER_WORDS: Final = {2: "two", 3: "three"}
+
+
+class ActionRule(Protocol):
+    """The meaning of a drive's actions."""
+
+    def commands(self, actions: FloatArray, robot: RobotConfig) -> FloatArray:
+        """The commands (n, 3) of actions (n, num_axes), which are cut off at -1 and 1."""
+        ...
+
+    def action(self, command: FloatArray, robot: RobotConfig) -> list[float]:
+        """The action that asks for a command (3,)."""
+        ...
+
+
+class VelocityShares:
+    """Each number of an action is a share of a top speed: forward, to the left where the robot can, and turning.
+
+    Forward and left together are no longer than 1.
+    """
+
+    def commands(self, actions: FloatArray, robot: RobotConfig) -> FloatArray:
+        """See `ActionRule`."""
+        forwards, backwards = float(robot.max_forward_speed), float(robot.max_backward_speed)
+        return _scaled(actions, forwards, backwards, float(robot.max_sideways_speed), float(robot.max_turn_rate))
+
+    def action(self, command: FloatArray, robot: RobotConfig) -> list[float]:
+        """See `ActionRule`."""
+        forward, left, turn = command.tolist()
+        top_speed = robot.max_forward_speed if forward >= 0 else robot.max_backward_speed
+        shares = {
+            FORWARD: _share(forward, top_speed),
+            LEFT: _share(left, robot.max_sideways_speed),
+            TURN: turn / robot.max_turn_rate,
+        }
+        return [shares[axis] for axis in robot.drive_type.axes]
+
+
+ACTION_RULES: Final[Mapping[str, ActionRule]] = MappingProxyType(
+    {"differential": VelocityShares(), "holonomic": VelocityShares()}
+)
+"""The rule of each drive, by its name in `DRIVES`."""
 
 
 def action_space(robot: RobotConfig) -> spaces.Space[NDArray[np.float32]]:
-    """Return the box of actions: forward and turn, or forward, left and turn for a holonomic robot."""
-    return spaces.Box(-1.0, 1.0, (3,) if robot.is_holonomic else (2,), np.float32)
+    """The box of actions, one number from -1 to 1 for each axis of the drive."""
+    return spaces.Box(-1.0, 1.0, (len(robot.drive_type.axes),), np.float32)
 
 
 def command_of(action: ArrayLike, robot: RobotConfig) -> FloatArray:
-    """Translate an action into a command.
+    """The command (3,) of an action; numbers outside the box are cut off.
 
-    Values outside the box are clipped to it; forward and left together are then no longer than 1.
-    Raises `ValueError` for an action that is not as many finite numbers as the robot takes.
+    Raises `ValueError` for an action that is not as many finite numbers as the drive has axes.
     """
     values = np.asarray(action, dtype=np.float64)
-    size = 3 if robot.is_holonomic else 2
+    size = len(robot.drive_type.axes)
     if values.shape != (size,) or not all(map(math.isfinite, values.tolist())):
         raise ValueError(refusal_of(values, robot))
     command: FloatArray = scaled(values.reshape(1, size), robot)[0]
@@ -37,15 +82,20 @@ def command_of(action: ArrayLike, robot: RobotConfig) -> FloatArray:
 
 
 def refusal_of(action: FloatArray, robot: RobotConfig) -> str:
-    """Say what is wrong with an action that is not as many finite numbers as the robot takes."""
-    rule = "three finite numbers (forward, left, turn)" if robot.is_holonomic else "two finite numbers (forward, turn)"
-    return f"action must be {rule}, got {np.array2string(action, threshold=6)}"
+    """The complaint about an action that is not as many finite numbers as the drive has axes."""
+    axes = robot.drive_type.axes
+    number = _NUMBER_WORDS.get(len(axes), len(axes))
+    return f"action must be {number} finite numbers ({', '.join(axes)}), got {np.array2string(action, threshold=6)}"
 
 
 def scaled(actions: FloatArray, robot: RobotConfig) -> FloatArray:
-    """Translate many actions, (n, 2) or (n, 3) finite numbers, into commands, (n, 3), as `command_of` does one."""
-    forwards, backwards = float(robot.max_forward_speed), float(robot.max_backward_speed)
-    return _scaled(actions, forwards, backwards, float(robot.max_sideways_speed), float(robot.max_turn_rate))
+    """The commands (n, 3) of many actions, (n, num_axes) finite numbers."""
+    return ACTION_RULES[robot.drive].commands(actions, robot)
+
+
+def action_of(command: FloatArray, robot: RobotConfig) -> FloatArray:
+    """The action, (num_axes,), that asks for a command."""
+    return np.array(ACTION_RULES[robot.drive].action(command, robot))
 
 
 @njit
@@ -59,14 +109,6 @@ def _scaled(actions: FloatArray, forwards: float, backwards: float, sideways: fl
         commands[index, 1] = left / length * sideways
         commands[index, 2] = turn * turning
     return commands
-
-
-def action_of(command: FloatArray, robot: RobotConfig) -> FloatArray:
-    """Translate a command into the action, (2,) or (3,), that asks for it."""
-    forward, left, turn = command.tolist()
-    top_speed = robot.max_forward_speed if forward >= 0 else robot.max_backward_speed
-    shares = [_share(forward, top_speed), _share(left, robot.max_sideways_speed), turn / robot.max_turn_rate]
-    return np.array(shares if robot.is_holonomic else shares[::2])
 
 
 def _share(speed: float, top_speed: float) -> float:

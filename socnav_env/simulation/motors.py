@@ -9,7 +9,7 @@ import numpy as np
 
 from reward_model.base.arrays import FloatArray
 from reward_model.base.numba import njit
-from socnav_env.config.robot import MOST_NOISE, RobotConfig
+from socnav_env.config.robot import FORWARD, LEFT, MOST_NOISE, TURN, RobotConfig
 
 Velocity = tuple[float, float, float]  # forward [m/s], to the left [m/s], turn rate [rad/s]
 
@@ -52,11 +52,14 @@ class Motors:
         """The command with noise in proportion to how hard the robot is driven."""
         robot, (forward, left, turn) = self._robot, map(float, command)
         effort = min(1.0, max(math.hypot(forward, left) / robot.top_speed, abs(turn) / robot.max_turn_rate))
-        draws = np.clip(rng.standard_normal(3 if robot.is_holonomic else 2), -MOST_NOISE, MOST_NOISE)
-        errors = (effort * draws).tolist()
-        if robot.is_holonomic:
-            left += robot.speed_noise * errors[1]
-        return forward + robot.speed_noise * errors[0], left, turn + robot.turn_noise * errors[-1]
+        moves = robot.drive_type.moves
+        draws = np.clip(rng.standard_normal(len(moves)), -MOST_NOISE, MOST_NOISE)
+        errors = dict(zip(moves, (effort * draws).tolist(), strict=True))
+        return (
+            forward + robot.speed_noise * errors.get(FORWARD, 0.0),
+            left + robot.speed_noise * errors.get(LEFT, 0.0),
+            turn + robot.turn_noise * errors.get(TURN, 0.0),
+        )
 
 
 @njit

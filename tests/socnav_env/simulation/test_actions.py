@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from socnav_env.config import RobotConfig
-from socnav_env.simulation.actions import action_of, action_space, command_of
+from socnav_env.config.robot import COMPONENTS, DRIVES, RobotConfig
+from socnav_env.simulation.actions import ACTION_RULES, action_of, action_space, command_of, scaled
 
 DIFFERENTIAL = RobotConfig(max_forward_speed=0.3, max_backward_speed=0.2, max_turn_rate=0.5)
 HOLONOMIC = RobotConfig(
@@ -59,3 +59,25 @@ def test_a_robot_that_cannot_reverse_stands_instead() -> None:
 def test_three_numbers_are_asked_for_by_name(action: object) -> None:
     with pytest.raises(ValueError, match=r"action must be three finite numbers \(forward, left, turn\), got"):
         command_of(action, HOLONOMIC)
+
+
+def test_every_drive_has_a_rule() -> None:
+    assert set(ACTION_RULES) == set(DRIVES)
+
+
+@pytest.mark.parametrize("name", DRIVES)
+def test_commands_stay_within_what_the_drive_can_do(name: str) -> None:
+    robot, drive = RobotConfig(drive=name), DRIVES[name]
+    actions = np.random.default_rng(0).uniform(-1.5, 1.5, (200, len(drive.axes)))
+    commands = scaled(actions, robot)
+    still = [place for place, component in enumerate(COMPONENTS) if component not in drive.moves]
+    assert commands.shape == (200, 3)
+    assert not commands[:, still].any()
+    assert np.hypot(commands[:, 0], commands[:, 1]).max() <= robot.top_speed + 1e-12
+    for action, command in zip(actions, commands, strict=True):
+        np.testing.assert_array_equal(command_of(action, robot), command)
+        np.testing.assert_allclose(command_of(action_of(command, robot), robot), command, atol=1e-12)
+
+
+def test_only_the_drive_that_was_rated_is_in_the_rated_range() -> None:
+    assert [name for name in DRIVES if RobotConfig(drive=name).in_rated_range] == ["differential"]
