@@ -6,14 +6,9 @@ import math
 
 import numpy as np
 
+from reward_model.base.angles import wrap_angle
 from reward_model.base.arrays import FloatArray, IntArray
 from reward_model.base.numba import njit
-
-
-@njit
-def wrap_angle(angle: float) -> float:
-    """The same angle in [-pi, pi)."""
-    return angle - 2.0 * math.pi * math.floor((angle + math.pi) / (2.0 * math.pi))
 
 
 @njit

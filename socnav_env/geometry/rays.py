@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 
+from reward_model.base.angles import wrap_angle
 from reward_model.base.arrays import BoolArray, FloatArray
 from reward_model.base.numba import njit
 
@@ -107,8 +108,7 @@ def in_view(
     for index in range(len(places)):
         to_x, to_y = places[index, 0] - pose[0], places[index, 1] - pose[1]
         distance = math.hypot(to_x, to_y)
-        heading = math.atan2(to_y, to_x) - pose[2]
-        bearing = abs(heading - 2.0 * math.pi * math.floor((heading + math.pi) / (2.0 * math.pi)))
+        bearing = abs(wrap_angle(math.atan2(to_y, to_x) - pose[2]))
         if distance > longest or bearing > field_of_view / 2.0:
             continue
         seen[index] = not occlusion or not _hidden(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from reward_model.base.angles import wrap_angles
 from reward_model.base.arrays import FloatArray
 from socnav_env.metrics.statistics import extreme, mean
 from socnav_env.trajectories.trajectory import Trajectory
@@ -44,14 +45,14 @@ def max_jerk(trajectory: Trajectory) -> float:
 
 def heading_change(trajectory: Trajectory) -> float:
     """[rad] that the robot has turned, to the left and to the right added up (HuNavSim)."""
-    return float(np.abs(_wrapped(np.diff(trajectory.robot_poses[:, 2]))).sum())
+    return float(np.abs(wrap_angles(np.diff(trajectory.robot_poses[:, 2]))).sum())
 
 
 def path_irregularity(trajectory: Trajectory) -> float:
     """[rad] between the robot's heading and the direction to the goal, on average over the steps (SocNavBench)."""
     poses = trajectory.robot_poses[1:]
     offsets = trajectory.layout.goal - poses[:, :2]
-    return mean(np.abs(_wrapped(np.arctan2(offsets[:, 1], offsets[:, 0]) - poses[:, 2])))
+    return mean(np.abs(wrap_angles(np.arctan2(offsets[:, 1], offsets[:, 0]) - poses[:, 2])))
 
 
 def time_not_moving(trajectory: Trajectory) -> float:
@@ -80,7 +81,3 @@ def _sizes(vectors: FloatArray) -> FloatArray:
     """Lengths of those vectors that are known."""
     sizes = np.hypot(vectors[:, 0], vectors[:, 1])
     return sizes[~np.isnan(sizes)]
-
-
-def _wrapped(angles: FloatArray) -> FloatArray:
-    return (angles + np.pi) % (2 * np.pi) - np.pi

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 
+from reward_model.base.angles import wrap_angle
 from reward_model.base.arrays import FloatArray, IntArray
 from reward_model.base.numba import njit
 from socnav_env.config import MAX_HASTE
@@ -54,8 +55,7 @@ def _weight_in_view(dx: float, dy: float, heading: float, habits: Habits) -> flo
     """How much someone at (dx, dy) counts: all, or less where they are out of view."""
     if habits.unseen_weight == 1.0:
         return 1.0
-    angle = math.atan2(dy, dx) - heading
-    angle -= 2 * math.pi * math.floor(angle / (2 * math.pi) + 0.5)
+    angle = wrap_angle(math.atan2(dy, dx) - heading)
     return 1.0 if abs(angle) <= habits.half_view else habits.unseen_weight
 
 
@@ -233,8 +233,7 @@ def turn_towards(
 @njit
 def _turn_to(direction: float, heading: float, habits: Habits) -> tuple[float, float]:
     """By how much to turn [rad], and how fast [rad/s]."""
-    turn = direction - heading
-    turn -= 2 * math.pi * math.floor(turn / (2 * math.pi) + 0.5)
+    turn = wrap_angle(direction - heading)
     return turn, min(max(TURN_RATE * turn, -habits.max_turn_rate), habits.max_turn_rate)
 
 

@@ -8,6 +8,7 @@ from typing import Final
 
 import numpy as np
 
+from reward_model.base.angles import wrap_angles
 from reward_model.base.arrays import FloatArray
 from reward_model.graph.windows import select_window
 from reward_model.scenes.scene import Scores
@@ -44,7 +45,7 @@ def view_at(trajectory: Trajectory, time: float, config: EnvConfig) -> SceneView
 def _between(earlier: FloatArray, later: FloatArray, share: float) -> FloatArray:
     """Poses (..., 3) on the way from some to others, turning the short way."""
     change = later - earlier
-    change[..., 2] = np.remainder(change[..., 2] + np.pi, 2 * np.pi) - np.pi
+    change[..., 2] = wrap_angles(change[..., 2])
     return np.asarray(earlier + share * change)
 
 

@@ -9,6 +9,7 @@ from typing import Final, TypeVar
 
 import numpy as np
 
+from reward_model.base.angles import wrap_heading
 from reward_model.base.arrays import FloatArray, IntArray
 from socnav_env.config import AT_LAPTOP, AT_PLANT, TALKING, WALKING_TOGETHER, EnvConfig
 from socnav_env.config.checks import ConfigError
@@ -127,7 +128,7 @@ class _Drawing:
         heading = entry.heading.draw(self.rng)
 
         def put(place: FloatArray) -> FloatArray:
-            pose = np.array([*place, math.remainder(heading, 2 * math.pi)])
+            pose = np.array([*place, wrap_heading(heading)])
             self.floor.add_box(pose, size, entry.words)
             return pose
 
@@ -257,7 +258,7 @@ class _Drawing:
     def _heading(self, heading: Amount | str, place: FloatArray) -> float:
         if isinstance(heading, str):
             return _direction(place, self.places[heading])
-        return math.remainder(heading.draw(self.rng), 2 * math.pi)
+        return wrap_heading(heading.draw(self.rng))
 
 
 def _draw_corners(room: RoomEntry, rng: np.random.Generator) -> FloatArray:

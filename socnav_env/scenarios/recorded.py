@@ -9,6 +9,7 @@ from typing import Final, Self
 
 import numpy as np
 
+from reward_model.base.angles import wrap_angles
 from reward_model.base.arrays import BoolArray, FloatArray, IntArray
 from reward_model.scenes.poses import aligned
 from reward_model.scenes.scene import SceneSequence
@@ -179,7 +180,7 @@ def _track(times: FloatArray, poses: FloatArray, wanted: FloatArray) -> FloatArr
     """Poses (n, 3) at other times, in between on straight lines, before the first one still."""
     headings = np.unwrap(poses[:, 2])
     columns = [np.interp(wanted, times, column) for column in (poses[:, 0], poses[:, 1], headings)]
-    columns[2] = np.remainder(columns[2] + np.pi, 2 * np.pi) - np.pi
+    columns[2] = wrap_angles(columns[2])
     return np.column_stack(columns)
 
 

@@ -8,6 +8,7 @@ from itertools import combinations, pairwise
 
 import numpy as np
 
+from reward_model.base.angles import wrap_heading
 from reward_model.base.arrays import FloatArray
 from socnav_env.config import (
     AT_LAPTOP,
@@ -212,8 +213,8 @@ class _Draft:
         distances = self.config.population.talking_distance
         first, second = self._free_pair(distances, (clearance, clearance), "two people who talk")
         askew = self.rng.uniform(-angle, angle, 2)
-        one = self._add_person(first, _wrap(_direction(first, second) + askew[0]))
-        other = self._add_person(second, _wrap(_direction(second, first) + askew[1]))
+        one = self._add_person(first, wrap_heading(_direction(first, second) + askew[0]))
+        other = self._add_person(second, wrap_heading(_direction(second, first) + askew[1]))
         self.interactions.append((TALKING, one, other))
 
     def _place_circle(self, size: int) -> None:
@@ -232,7 +233,7 @@ class _Draft:
         width, clearance = (size - 1) * spacing, self.config.people.clearance
         what = f"a walking group of {size}"
         left, right = self._free_pair((width, width), (clearance, clearance), what, sight=clearance)
-        heading = _wrap(_direction(right, left) - math.pi / 2)
+        heading = wrap_heading(_direction(right, left) - math.pi / 2)
         group = max(self.group, default=-1) + 1
         members = [
             self._add_person(left + share * (right - left), heading, walks=True, group=group)
@@ -244,7 +245,7 @@ class _Draft:
         clearance = self.config.people.clearance
         distances = self.config.population.couple_distance
         left, right = self._free_pair(distances, (clearance, clearance), "a couple")
-        heading = _wrap(_direction(right, left) - math.pi / 2)
+        heading = wrap_heading(_direction(right, left) - math.pi / 2)
         group = max(self.group, default=-1) + 1
         one = self._add_person(left, heading, walks=True, group=group)
         other = self._add_person(right, heading, walks=True, group=group)
@@ -287,7 +288,3 @@ def _reach(size: tuple[float, float]) -> float:
 
 def _direction(origin: FloatArray, towards: FloatArray) -> float:
     return math.atan2(towards[1] - origin[1], towards[0] - origin[0])
-
-
-def _wrap(angle: float) -> float:
-    return math.remainder(angle, 2 * math.pi)

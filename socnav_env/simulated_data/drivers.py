@@ -12,6 +12,7 @@ from typing import Final, Protocol
 
 import numpy as np
 
+from reward_model.base.angles import wrap_heading
 from reward_model.base.arrays import FloatArray
 from socnav_env.simulation.world import World
 
@@ -98,7 +99,7 @@ class Reverser:
         robot = world.config.robot
         turn = rng.normal(0.0, 0.5)
         if self._to_goal:
-            turn += 2 * math.remainder(_bearing(world, world.layout.goal) + math.pi, 2 * math.pi)
+            turn += 2 * wrap_heading(_bearing(world, world.layout.goal) + math.pi)
         return _command(-self._speed * robot.max_backward_speed, _limited(turn) * robot.max_turn_rate)
 
 
@@ -161,7 +162,7 @@ def _towards(world: World, place: FloatArray, speed: float, error: float) -> Flo
 def _bearing(world: World, place: FloatArray) -> float:
     """Angle from the robot's heading to a place [rad]."""
     x, y, heading = world.robot_pose
-    return math.remainder(math.atan2(place[1] - y, place[0] - x) - heading, 2 * math.pi)
+    return wrap_heading(math.atan2(place[1] - y, place[0] - x) - heading)
 
 
 def _someone_ahead(world: World, distance: float) -> bool:

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from reward_model.base.angles import wrap_heading
 from reward_model.base.arrays import FloatArray, IntArray
 from reward_model.base.numba import njit
 from socnav_env.people.social_force import walk
@@ -67,7 +68,7 @@ def state_of(
     for row in range(len(walkers)):
         poses[walkers[row]] = bodies[row, :3]
         velocities[walkers[row]] = (bodies[row, :3] - before[row]) / period
-        poses[walkers[row], 2] -= 2 * math.pi * np.rint(bodies[row, 2] / (2 * math.pi))
+        poses[walkers[row], 2] = wrap_heading(bodies[row, 2])
     pose, velocity = bodies[-1, :3].copy(), (bodies[-1, :3] - before[-1]) / period
-    pose[2] -= 2 * math.pi * np.rint(pose[2] / (2 * math.pi))
+    pose[2] = wrap_heading(pose[2])
     return pose, velocity, poses, velocities

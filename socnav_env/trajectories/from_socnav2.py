@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from reward_model.base.angles import wrap_angles
 from reward_model.base.arrays import FloatArray
 from reward_model.scenes.scene import Objects, People, ScenarioError, SceneSequence, Snapshot
 from socnav_env.config import PeopleConfig, RobotConfig
@@ -122,7 +123,7 @@ def _spread(poses: FloatArray) -> FloatArray:
 def _rates(poses: FloatArray, times: FloatArray) -> FloatArray:
     """How fast poses (n, num_ids, 3) change from row to row; NaN in the first."""
     changes = np.diff(poses, axis=0)
-    changes[..., 2] = (changes[..., 2] + np.pi) % (2 * np.pi) - np.pi
+    changes[..., 2] = wrap_angles(changes[..., 2])
     return np.concatenate([np.full_like(poses[:1], np.nan), changes / np.diff(times)[:, None, None]])
 
 

@@ -1,5 +1,4 @@
 import numpy as np
-import pytest
 
 from socnav_env.geometry.frames import (
     closed_lines,
@@ -8,7 +7,6 @@ from socnav_env.geometry.frames import (
     pose_rates,
     poses_in_frame,
     turned_velocities,
-    wrap_angle,
 )
 from tests.socnav_env.puppets import make_layout
 
@@ -25,13 +23,6 @@ def test_velocities_over_ground_are_turned_and_nothing_else() -> None:
     np.testing.assert_allclose(
         turned_velocities(np.pi / 2, np.array([[1.0, 0.0, 0.5]])), [[0.0, -1.0, 0.5]], atol=1e-12
     )
-
-
-@pytest.mark.parametrize(
-    ("angle", "wrapped"), [(0.0, 0.0), (3.5 * np.pi, -0.5 * np.pi), (-3.5 * np.pi, 0.5 * np.pi), (np.pi, -np.pi)]
-)
-def test_wrapped_angles_stay_within_half_a_turn(angle: float, wrapped: float) -> None:
-    assert wrap_angle(angle) == pytest.approx(wrapped)
 
 
 def test_rates_turn_the_short_way_across_half_a_turn() -> None:
