@@ -17,7 +17,7 @@ from socnav_env.observations.base import (
     longest_sight,
     place_bounds,
 )
-from socnav_env.observations.kernels import write_entities
+from socnav_env.observations.kernels import RowPlan, write_entities
 from socnav_env.observations.sensors import look
 
 if TYPE_CHECKING:
@@ -47,6 +47,27 @@ def entity_parts(config: EnvConfig, capacities: dict[str, int]) -> Parts:
     return Parts(bounds)
 
 
+class EntityRows:
+    """Rows of numbers about the robot, its goal and those in the room, which `entities` and `flat` are made of.
+
+    capacities: rows of each kind of entity: people, objects, walls and, where they are shown, interactions
+    nearest_first: whether entities are sorted by their distance
+    """
+
+    def __init__(self, config: EnvConfig, capacities: dict[str, int], nearest_first: bool) -> None:
+        self.parts = entity_parts(config, capacities)
+        self._sensors = config.sensors
+        self._plan = RowPlan(self.parts.starts, np.array(list(capacities.values())), nearest_first)
+
+    def write(self, world: World, time_left: float, row: Float32Array) -> None:
+        """Write what the robot sees now into `row`, (size,), all of it."""
+        layout, state = world.layout, world.state
+        sight = look(world, self._sensors)
+        robot = state.robot_pose, state.robot_velocity
+        write_entities(row, self._plan, *robot, time_left, layout.goal, layout.room.corners, sight)
+        self.parts.clip(row)
+
+
 class EntitiesObservation:
     """The robot, its goal and everything in the room, as a flat `Dict` of float32 boxes with presence masks.
 
@@ -72,9 +93,8 @@ class EntitiesObservation:
             "walls": config.sensors.max_walls,
             "interactions": population.max_interactions,
         }
-        self._sensors = config.sensors
-        self._parts = entity_parts(config, self.capacities)
-        self._limits = np.array(list(self.capacities.values()))
+        self._rows = EntityRows(config, self.capacities, nearest_first=False)
+        self._parts = self._rows.parts
         self.size = self._parts.size
 
     def space(self) -> spaces.Dict:
@@ -89,24 +109,7 @@ class EntitiesObservation:
 
     def write(self, world: World, time_left: float, row: Float32Array) -> None:
         """Write the boxes' values one after the other."""
-        layout = world.layout
-        sight = look(world, self._sensors)
-        write_entities(
-            row,
-            self._parts.starts,
-            self._limits,
-            world.state.robot_pose,
-            world.state.robot_velocity,
-            time_left,
-            layout.goal,
-            sight.people_poses,
-            sight.people_velocities,
-            sight.object_poses,
-            sight.object_sizes,
-            layout.room.corners,
-            sight.interaction_pairs,
-        )
-        self._parts.clip(row)
+        self._rows.write(world, time_left, row)
 
     def unpack(self, rows: Float32Array) -> dict[str, Float32Array]:
         """Return the boxes' values, of one row or of many, in memory of their own."""

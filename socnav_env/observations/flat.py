@@ -8,9 +8,7 @@ import numpy as np
 from gymnasium import spaces
 
 from reward_model.base.arrays import Float32Array
-from socnav_env.observations.entities import entity_parts
-from socnav_env.observations.kernels import write_nearest
-from socnav_env.observations.sensors import look
+from socnav_env.observations.entities import EntityRows
 
 if TYPE_CHECKING:
     from socnav_env.config import EnvConfig
@@ -29,14 +27,13 @@ class FlatObservation:
     """
 
     def __init__(self, config: EnvConfig) -> None:
-        self._sensors = config.sensors
         capacities = {
             "people": config.sensors.nearest_people,
             "objects": config.sensors.nearest_objects,
             "walls": config.sensors.max_walls,
         }
-        self._parts = entity_parts(config, capacities)
-        self._limits = np.array(list(capacities.values()))
+        self._rows = EntityRows(config, capacities, nearest_first=True)
+        self._parts = self._rows.parts
         self.size, self.slices = self._parts.size, self._parts.slices
 
     def space(self) -> spaces.Box:
@@ -51,24 +48,7 @@ class FlatObservation:
 
     def write(self, world: World, time_left: float, row: Float32Array) -> None:
         """Write the box's values."""
-        layout = world.layout
-        sight = look(world, self._sensors)
-        write_nearest(
-            row,
-            self._parts.starts,
-            self._limits,
-            world.state.robot_pose,
-            world.state.robot_velocity,
-            time_left,
-            layout.goal,
-            sight.people_poses,
-            sight.people_velocities,
-            sight.object_poses,
-            sight.object_sizes,
-            layout.room.corners,
-            sight.interaction_pairs,
-        )
-        self._parts.clip(row)
+        self._rows.write(world, time_left, row)
 
     def unpack(self, rows: Float32Array) -> Float32Array:
         """Return the values of one row or of many, in memory of their own."""
