@@ -17,7 +17,7 @@ from socnav_env.observations.base import (
     longest_sight,
     place_bounds,
 )
-from socnav_env.observations.kernels import RowPlan, write_entities
+from socnav_env.observations.kernels import write_entities
 from socnav_env.observations.sensors import look
 
 if TYPE_CHECKING:
@@ -57,14 +57,14 @@ class EntityRows:
     def __init__(self, config: EnvConfig, capacities: dict[str, int], nearest_first: bool) -> None:
         self.parts = entity_parts(config, capacities)
         self._sensors = config.sensors
-        self._plan = RowPlan(self.parts.starts, np.array(list(capacities.values())), nearest_first)
+        self._plan = self.parts.starts, np.array(list(capacities.values())), nearest_first
 
     def write(self, world: World, time_left: float, row: Float32Array) -> None:
         """Write what the robot sees now into `row`, (size,), all of it."""
         layout, state = world.layout, world.state
         sight = look(world, self._sensors)
         robot = state.robot_pose, state.robot_velocity
-        write_entities(row, self._plan, *robot, time_left, layout.goal, layout.room.corners, sight)
+        write_entities(row, *self._plan, *robot, time_left, layout.goal, layout.room.corners, sight)
         self.parts.clip(row)
 
 

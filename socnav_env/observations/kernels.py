@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -20,23 +19,12 @@ from socnav_env.geometry.frames import (
 from socnav_env.observations.sensors import Sight
 
 
-class RowPlan(NamedTuple):
-    """What stands where in a row: the robot, the goal, then rows and a mask of each kind of entity.
-
-    starts: (2 + 2 * num_kinds,) where each of these parts begins
-    capacities: (num_kinds,) rows of people, objects, walls and, where they are shown, interactions
-    nearest_first: whether entities are sorted by their distance; otherwise they keep their order in the room
-    """
-
-    starts: IntArray
-    capacities: IntArray
-    nearest_first: bool
-
-
 @njit
 def write_entities(
     row: Float32Array,
-    plan: RowPlan,
+    starts: IntArray,
+    capacities: IntArray,
+    nearest_first: bool,
     pose: FloatArray,
     velocity: FloatArray,
     time_left: float,
@@ -46,23 +34,27 @@ def write_entities(
 ) -> None:
     """Write all of a row. Of more entities than there is room for, the nearest get rows.
 
-    pose, velocity: (3,) of the robot in the world; time_left: share of the episode's time; goal: (2,)
+    starts: (2 + 2 * num_kinds,) where the parts of a row begin: the robot, the goal, rows and a mask of each kind
+    capacities: (num_kinds,) rows of people, objects, walls and, where they are shown, interactions
+    nearest_first: whether entities are sorted by their distance; otherwise they keep their order in the room
+    pose, velocity: (3,) of the robot in the world
+    time_left: share of the episode's time
+    goal: (2,)
     corners: (num_corners, 2) of the room
     """
-    starts, sorts = plan.starts, plan.nearest_first
     row[:] = 0.0
     write_robot(row[starts[0] :], pose, velocity, time_left)
     write_points(row[starts[1] : starts[1] + 2], pose, goal)
-    chosen = _chosen(_distances(pose, sight.people_poses), plan.capacities[0], sorts)
+    chosen = _chosen(_distances(pose, sight.people_poses), capacities[0], nearest_first)
     _write_people(_rows(row, starts, 2, len(chosen), 8), pose, sight, chosen)
-    chosen = _chosen(_distances(pose, sight.object_poses), plan.capacities[1], sorts)
+    chosen = _chosen(_distances(pose, sight.object_poses), capacities[1], nearest_first)
     _write_objects(_rows(row, starts, 4, len(chosen), 6), pose, sight, chosen)
     walls = closed_lines(corners)
-    chosen = _chosen(wall_distances(pose[0], pose[1], walls), plan.capacities[2], sorts)
+    chosen = _chosen(wall_distances(pose[0], pose[1], walls), capacities[2], nearest_first)
     write_points(_rows(row, starts, 6, len(chosen), 4), pose, walls[chosen])
-    if len(plan.capacities) > 3:
+    if len(capacities) > 3:
         links = lines_between(sight.interaction_pairs, sight.people_poses, sight.object_poses)
-        chosen = _chosen(wall_distances(pose[0], pose[1], links), plan.capacities[3], sorts)
+        chosen = _chosen(wall_distances(pose[0], pose[1], links), capacities[3], nearest_first)
         write_points(_rows(row, starts, 8, len(chosen), 4), pose, links[chosen])
 
 
