@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from types import MappingProxyType
 from typing import Final
 
@@ -88,7 +89,7 @@ class RobotConfig:
                 f"got {self.min_goal_distance} and {self.arrival_radius}"
             )
 
-    @property
+    @cached_property
     def drive_type(self) -> DriveType:
         """The entry of `DRIVES`."""
         return DRIVES[self.drive]

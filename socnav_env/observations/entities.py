@@ -63,8 +63,20 @@ class EntityRows:
         """Write what the robot sees now into `row`, (size,), all of it."""
         layout, state = world.layout, world.state
         sight = look(world, self._sensors)
-        robot = state.robot_pose, state.robot_velocity
-        write_entities(row, *self._plan, *robot, time_left, layout.goal, layout.room.corners, sight)
+        write_entities(
+            row,
+            *self._plan,
+            state.robot_pose,
+            state.robot_velocity,
+            time_left,
+            layout.goal,
+            layout.room.corners,
+            sight.people_poses,
+            sight.people_velocities,
+            sight.object_poses,
+            sight.object_sizes,
+            sight.interaction_pairs,
+        )
         self.parts.clip(row)
 
 

@@ -14,7 +14,10 @@ if TYPE_CHECKING:
 
 def judge(scorer: Scorer | None, window: Sequence[FrameGraph]) -> Scores | None:
     """The scores of one window; None where there is no scorer."""
-    return judge_all([scorer], [window])[0]
+    if scorer is None:
+        return None
+    ((q1, q2),) = scorer.score_windows([window]).tolist()
+    return Scores(q1, q2)
 
 
 def judge_all(scorers: Sequence[Scorer | None], windows: Sequence[Sequence[FrameGraph]]) -> list[Scores | None]:
