@@ -1,4 +1,4 @@
-"""Who talks with whom while an episode lasts: people who join those who talk, and people who leave them."""
+"""Conversations during an episode: people who join them and people who leave them."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ from socnav_env.people.walkers import Surroundings, Walkers
 
 
 class _Coming(NamedTuple):
-    """Someone on the way to join: to whom, and to which place (2,)."""
+    """A person on the way to join a conversation: its members, and the place (2,) to go to."""
 
     talkers: list[int]
     place: FloatArray
 
 
 class Conversations:
-    """Conversations that people join and leave as `population.conversations` says.
+    """Conversations that people join and leave at the rates in `population.conversations`.
 
-    Those who talk are walkers who stay where they are, so that they can leave; whoever wanders alone may join. A place
-    is free in the widest gap among those who talk. Where two are left and one of them goes, both do.
+    Members are walkers who stand still, so that they can leave. People who wander alone may join; their place is in the
+    widest gap between the members. If one of the last two members leaves, both do.
 
-    interactions: who interacts now
+    interactions: the current interactions
     changes: (row, one, other, begins) of every pair that began (1) or ended (0), in order; row 0: before the start
     """
 
     def __init__(self, layout: Layout, config: EnvConfig, rows: IntArray, walkers: Walkers, poses: FloatArray) -> None:
-        """rows: (num_walkers,) which people the walkers are; poses: (num_walkers, 3)."""
+        """rows: (num_walkers,) index of each walker among the people; poses: (num_walkers, 3)."""
         self.interactions = interactions_of(layout)
         self.changes: list[tuple[int, int, int, int]] = []
         self._config, self._people = config, rows
@@ -49,9 +49,9 @@ class Conversations:
     def update(
         self, row: int, walkers: Walkers, bodies: FloatArray, around: Surroundings, rng: np.random.Generator
     ) -> None:
-        """Let people leave, arrive and decide to come, before a control period.
+        """Let people leave, arrive and decide to join, before a control period.
 
-        row: of the trajectory that the period leads to
+        row: row of the trajectory that the period leads to
         bodies: (num_walkers or more, 2 or more) x, y of the walkers
         """
         period, rates = self._config.control_period, self._config.population.conversations
@@ -65,7 +65,7 @@ class Conversations:
             self._set_out(walker, walkers, bodies, around, rng)
 
     def talkers(self) -> list[int]:
-        """Which walkers talk with anyone."""
+        """The walkers who talk with anyone."""
         return [walker for group in self._groups for walker in group]
 
     def _wanderers(self) -> list[int]:
@@ -88,7 +88,7 @@ class Conversations:
         self._groups = [group for group in self._groups if group]
 
     def _come(self, walker: int, row: int, walkers: Walkers, bodies: FloatArray) -> None:
-        """Take part where the place has been reached; give up where the way is blocked or nobody is left."""
+        """Join if the place has been reached; give up if the way is blocked or nobody is left."""
         talkers, place = self._coming[walker]
         if not talkers or walkers.blocked[walker] > self._config.people.patience:
             del self._coming[walker]
@@ -103,7 +103,7 @@ class Conversations:
     def _set_out(
         self, walker: int, walkers: Walkers, bodies: FloatArray, around: Surroundings, rng: np.random.Generator
     ) -> None:
-        """Make for a conversation that has room, where there is a way straight to its free place."""
+        """Head for a conversation that is not full, if the straight way to its free place is clear."""
         expected = [group for group in self._groups if self._size(group) < self._most]
         if not expected:
             return
@@ -132,14 +132,14 @@ class Conversations:
 
 
 def _pairs_with(some: list[int], everyone: list[int]) -> list[tuple[int, int]]:
-    """All pairs of `everyone` in which at least one of `some` is."""
+    """All pairs of `everyone` that include at least one of `some`."""
     return [pair for pair in combinations(everyone, 2) if not set(some).isdisjoint(pair)]
 
 
 def free_place(talkers: FloatArray, spacing: float) -> FloatArray:
-    """(2,) in the widest gap around those who stand at (n, 2): on their circle, or so far out that all have room.
+    """A place (2,) in the widest gap around people at (n, 2): on their circle, or farther out if that is too close.
 
-    spacing: [m] to each of them, at least
+    spacing: [m] minimum distance to each of them
     """
     middle = talkers.mean(axis=0)
     offsets = talkers - middle
@@ -155,5 +155,5 @@ def free_place(talkers: FloatArray, spacing: float) -> FloatArray:
 
 
 def _send_off(walker: int, walkers: Walkers) -> None:
-    """Make someone a wanderer who needs a target."""
+    """Make a walker a wanderer who needs a target."""
     walkers.time_left[walker], walkers.blocked[walker], walkers.facing[walker] = 0.0, 0.0, np.nan
