@@ -1,4 +1,4 @@
-"""The scores of episodes' last seconds: of one episode, or of many in one call a scorer."""
+"""Scores of episodes' last seconds: of one episode, or of many in one call per scorer."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ if TYPE_CHECKING:
 
 
 def judge(scorer: Scorer | None, window: Sequence[FrameGraph]) -> Scores | None:
-    """The scores of one window; None where there is no scorer."""
+    """The scores of one window; None without a scorer."""
     return judge_all([scorer], [window])[0]
 
 
 def judge_all(scorers: Sequence[Scorer | None], windows: Sequence[Sequence[FrameGraph]]) -> list[Scores | None]:
-    """The scores of each window, None where it has no scorer; windows that share a scorer are scored in one call.
+    """The scores of each window, None without a scorer; windows that share a scorer are scored in one call.
 
     Args:
-        scorers: of each window.
+        scorers: the scorer of each window.
         windows: of one to three frames each, newest first.
 
     """
