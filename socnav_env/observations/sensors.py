@@ -39,8 +39,8 @@ def look(world: World, sensors: SensorConfig) -> Sight:
     )
     seen = _in_view(world, sensors) if sensors.is_limited else None
     if sensors.is_noisy:
-        sight = _blurred(sight, sensors, noise_generator(world))
-    return sight if seen is None else _only(sight, seen)
+        sight = _with_noise(sight, sensors, noise_generator(world))
+    return sight if seen is None else _observed(sight, seen)
 
 
 def noise_generator(world: World) -> np.random.Generator:
@@ -60,7 +60,7 @@ def _in_view(world: World, sensors: SensorConfig) -> BoolArray:
     return in_view(world.robot_pose, places, sensors.field_of_view, longest, sensors.occlusion, *world.obstacles())
 
 
-def _blurred(sight: Sight, sensors: SensorConfig, random: np.random.Generator) -> Sight:
+def _with_noise(sight: Sight, sensors: SensorConfig, random: np.random.Generator) -> Sight:
     """Add noise to all entities, in view or not, so that an error does not depend on which others are observed."""
     pose_errors = np.array([sensors.position_noise, sensors.position_noise, sensors.heading_noise])
     velocity_errors = np.array([sensors.velocity_noise, sensors.velocity_noise, 0.0])
@@ -72,7 +72,7 @@ def _blurred(sight: Sight, sensors: SensorConfig, random: np.random.Generator) -
     )
 
 
-def _only(sight: Sight, seen: BoolArray) -> Sight:
+def _observed(sight: Sight, seen: BoolArray) -> Sight:
     people, objects = np.split(seen, [len(sight.people_poses)])
     pairs, new_index = sight.interaction_pairs, np.cumsum(seen) - 1
     return Sight(

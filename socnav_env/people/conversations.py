@@ -16,7 +16,7 @@ from socnav_env.people.social_force import ARRIVED, first_in_sight
 from socnav_env.people.walkers import Surroundings, Walkers
 
 
-class _Coming(NamedTuple):
+class _Joining(NamedTuple):
     """A person on the way to join a conversation: its members, and the place (2,) to go to."""
 
     talkers: list[int]
@@ -41,7 +41,7 @@ class Conversations:
         walker_of = {int(person): walker for walker, person in enumerate(rows)}
         self._groups = [[walker_of[person] for person in group] for group in standing_groups(layout)]
         self._alone = (layout.people_group[rows] < 0) & ~occupied(layout)[rows]
-        self._coming: dict[int, _Coming] = {}
+        self._joining: dict[int, _Joining] = {}
         for walker in self.talkers():
             walkers.time_left[walker], walkers.facing[walker] = np.inf, poses[walker, 2]
             self._alone[walker] = True
@@ -59,8 +59,8 @@ class Conversations:
             walkers.blocked[walker] = 0.0
         for walker in self._chosen(self.talkers(), rates.leave_rate * period, rng):
             self._leave(walker, row, walkers)
-        for walker in list(self._coming):
-            self._come(walker, row, walkers, bodies)
+        for walker in list(self._joining):
+            self._finish_joining(walker, row, walkers, bodies)
         for walker in self._chosen(self._wanderers(), rates.join_rate * period, rng):
             self._set_out(walker, walkers, bodies, around, rng)
 
@@ -69,7 +69,7 @@ class Conversations:
         return [walker for group in self._groups for walker in group]
 
     def _wanderers(self) -> list[int]:
-        busy = {*self.talkers(), *self._coming}
+        busy = {*self.talkers(), *self._joining}
         return [walker for walker in np.flatnonzero(self._alone).tolist() if walker not in busy]
 
     def _chosen(self, walkers: list[int], chance: float, rng: np.random.Generator) -> list[int]:
@@ -87,14 +87,14 @@ class Conversations:
                     _send_off(each, walkers)
         self._groups = [group for group in self._groups if group]
 
-    def _come(self, walker: int, row: int, walkers: Walkers, bodies: FloatArray) -> None:
+    def _finish_joining(self, walker: int, row: int, walkers: Walkers, bodies: FloatArray) -> None:
         """Join if the place has been reached; give up if the way is blocked or nobody is left."""
-        talkers, place = self._coming[walker]
+        talkers, place = self._joining[walker]
         if not talkers or walkers.blocked[walker] > self._config.people.patience:
-            del self._coming[walker]
+            del self._joining[walker]
             _send_off(walker, walkers)
         elif math.dist(bodies[walker, :2].tolist(), place.tolist()) < ARRIVED:
-            del self._coming[walker]
+            del self._joining[walker]
             way = bodies[talkers, :2].mean(axis=0) - place
             walkers.facing[walker] = math.atan2(way[1], way[0])
             self._record(row, [(walker, other) for other in talkers], begins=True)
@@ -111,7 +111,7 @@ class Conversations:
         spacing, clearance = self._config.population.circle_spacing[0], self._config.people.clearance
         place = free_place(bodies[[*talkers, *self._expected_by(talkers)], :2], spacing)
         if first_in_sight(bodies[walker, :2].copy(), place[None], clearance, *around) == 0:
-            self._coming[walker] = _Coming(talkers, place)
+            self._joining[walker] = _Joining(talkers, place)
             walkers.target[walker], walkers.time_left[walker], walkers.blocked[walker] = place, np.inf, 0.0
 
     @property
@@ -119,7 +119,7 @@ class Conversations:
         return self._config.population.conversations.max_size
 
     def _expected_by(self, talkers: list[int]) -> list[int]:
-        return [walker for walker, coming in self._coming.items() if coming.talkers is talkers]
+        return [walker for walker, joining in self._joining.items() if joining.talkers is talkers]
 
     def _size(self, talkers: list[int]) -> int:
         return len(talkers) + len(self._expected_by(talkers))
