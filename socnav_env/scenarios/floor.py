@@ -17,7 +17,7 @@ SMALLEST_AREA: Final = 1.0  # m^2
 
 
 class UnfitError(Exception):
-    """A draw of a scenario does not fit; the message says what and why."""
+    """A draw of a scenario does not fit; the message gives the reason."""
 
 
 class Floor:
