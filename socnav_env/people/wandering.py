@@ -13,7 +13,7 @@ from socnav_env.people.walkers import Surroundings, Walkers
 TARGET_CANDIDATES = 32
 TARGET_SPREAD = 0.25  # relative variation of the interval between targets
 MIN_WALK = 1.0  # m, minimum distance to a new target
-MOST_MARGIN = 0.5  # m besides the clearance, maximum half width of a group; a wider group passes narrower places
+MOST_MARGIN = 0.5  # m, limit of a group's half width in the clearance of targets; a wider group squeezes through
 
 
 def pick_targets(
@@ -28,7 +28,7 @@ def pick_targets(
     """Give a new target to each group in need of one; a group that finds none waits and tries again.
 
     needed: (num_walkers,); places: (num_walkers, 2) [m] their positions
-    around: obstacles, which targets must be clear of and in sight past
+    around: obstacles, which targets and the ways to them must avoid
     """
     people = config.people
     for group in np.unique(walkers.group[needed]):

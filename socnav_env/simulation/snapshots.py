@@ -146,7 +146,7 @@ def _frame(
     command: FloatArray,
     duration: float,
 ) -> Int32Array:
-    """The frame graph of a moment, as `frame_graph` makes it of the snapshot."""
+    """The words of the frame graph that `frame_graph` makes of the snapshot of a moment."""
     poses, goal, walls = _seen_from(scene, robot, people)
     velocities = pose_rates(_seen_from(scene, robot_before, people_before)[0], poses, duration)
     num_people = len(people)
