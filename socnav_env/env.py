@@ -1,4 +1,4 @@
-"""`SocNavEnv`, the environment behind `gym.make("SocNav2-v0")`: it wires the parts, nothing else."""
+"""`SocNavEnv`, the environment behind `gym.make("SocNav2-v0")`: it connects the parts, nothing else."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ if TYPE_CHECKING:
     from socnav_env.simulation.world import World
     from socnav_env.trajectories.trajectory import Trajectory
 
-SHOWN_PER_SECOND = 60  # pictures in the window, the time between two steps being filled evenly
+SHOWN_PER_SECOND = 60  # pictures in the window, interpolated between two steps
 
 
 class StepResult(NamedTuple):
-    """What a step returns besides the observation; see Gymnasium."""
+    """The results of a step besides the observation; see Gymnasium."""
 
     reward: float
     terminated: bool
@@ -44,37 +44,37 @@ class StepResult(NamedTuple):
 
 
 class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
-    """A robot crosses a room among people and is paid for doing so in a way they find acceptable.
+    """A robot crosses a room among people and is rewarded for doing so in a way they find acceptable.
 
-    Action: `Box(-1, 1, (2,))`, forward and turn, as shares of the robot's top speeds; of a holonomic robot
-    `Box(-1, 1, (3,))`, forward, left and turn. Negative forward drives backwards, positive turn goes to the left.
-    Values outside the box are clipped to it; forward and left together are then no longer than 1.
+    Action: `Box(-1, 1, (2,))`, forward and turn, as shares of the robot's top speeds; for a holonomic robot
+    `Box(-1, 1, (3,))`, forward, left and turn. Negative forward drives backwards, positive turn is to the left.
+    Values outside the box are clipped to it; forward and left together then have a length of at most 1.
 
     Observation: by name, see `socnav_env.observations`; "entities" is a `Dict` of flat boxes in the robot's frame,
-    "flat" a single box, "lidar" has a laser scanner, "graph" is what the reward model reads.
+    "flat" a single box, "lidar" has a laser scanner, "graph" is the reward model's input.
 
     Reward: by name, see `socnav_env.rewards`; "learned" is the network's Q2 - 1 every step, with terminal terms for
     arriving and for touching something.
 
-    Termination: the robot arrived, or touched a person, an object or a wall. Truncation: out of time. There is no
-    other time limit.
+    Termination: the robot arrived, or touched a person, an object or a wall. Truncation:
+    `config.time_limit` is reached. There is no other time limit.
 
     Start: a room drawn with the generator that `reset(seed=)` seeds, after a warm-up in which the robot stands; or a
-    scenario, whose details are drawn with it.
+    scenario, whose ranges are drawn with the same generator.
 
     Info, every step: `outcome` (None, "arrived", "collision_person", "collision_object", "collision_wall" or
     "timeout"), `is_success`, `in_rated_range` (whether people rated such a robot, see `RobotConfig`),
-    `reward_terms` (what each term contributed; they add up to the reward), `reward_weights`, and with a learned
+    `reward_terms` (each term's contribution; their sum is the reward), `reward_weights`, and with a learned
     reward `q1` and `q2`, the raw scores of the last second. In an episode's last step also `episode_metrics`, see
     `socnav_env.metrics`. After a reset: `outcome`, `is_success`, `in_rated_range`.
 
     reward: a name, a mix (see `make_reward`), or an object with the `Reward` protocol
     observation: a name or an object with the `Observation` (or `WindowObservation`) protocol
-    config: everything else that can be set; default `EnvConfig()`
+    config: all other settings; default `EnvConfig()`
     render_mode: None, "rgb_array" or "human"
-    weights: which network judges, where a reward named here is a learned one: "default", "published" or a path
-    scenario: a name of `socnav_env.scenarios.names()`, a .yaml file, or a SocNav2 .json file to go on from; what it
-        sets itself outweighs `config`. None: rooms and people drawn as `config` says
+    weights: the network of a learned reward that is given by name: "default", "published" or a path
+    scenario: a name of `socnav_env.scenarios.names()`, a .yaml file, or a SocNav2 .json file to continue; its own
+        settings take precedence over `config`. None: rooms and people drawn as in `config`
 
     Versions: v0, the first one.
     """
@@ -113,7 +113,7 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
         return self.observe(), info
 
     def begin(self, seed: int | None = None) -> dict[str, Any]:
-        """Reset without looking: draw a new scene and return the info."""
+        """Reset without an observation: draw a new scene and return the info."""
         super().reset(seed=seed)
         frames_are_read = self.reward.scorer is not None or self._reads_window
         self._episode = begin_episode(self.config, self.np_random, frames_are_read, self.scenario)
@@ -122,7 +122,7 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
         return self._outcome_info(None)
 
     def step(self, action: ArrayLike) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """Let one control period pass; see Gymnasium.
+        """Advance by one control period; see Gymnasium.
 
         Raises `ValueError` for an action that is not finite numbers of its shape, `ResetNeeded` after the end.
         """
@@ -132,27 +132,27 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
         return self.observe(), *result
 
     def observe(self) -> Any:
-        """Return what the robot sees now, in memory of its own."""
+        """Return the current observation in new arrays."""
         if self._reads_window:
             return cast(WindowObservation, self.observation).observe_window(self.world, self.time_left, self.window())
         return cast(Observation, self.observation).observe(self.world, self.time_left)
 
     def require_running(self) -> None:
-        """Raise `ResetNeeded` where there is no episode that a step could go on with."""
+        """Raise `ResetNeeded` where there is no running episode."""
         outcome = self._scene().outcome
         if outcome is not None:
             raise gym.error.ResetNeeded(f"the episode has ended ({outcome}), call reset()")
 
     def advance(self, command: FloatArray) -> None:
-        """Begin a step: let one control period pass under a command as `command_of` returns it."""
+        """Begin a step: advance by one control period with a command as returned by `command_of`."""
         self._scene().advance(command)
 
     def window(self) -> list[FrameGraph]:
-        """The frames that the last second is judged by, newest first."""
+        """The frames scored for the last second, newest first."""
         return self._scene().window()
 
     def conclude(self, scores: Scores | None) -> StepResult:
-        """End a step, given how the last second was judged: what it was worth and whether it was the last one."""
+        """End a step with the scores of the last second; return its reward, whether the episode ended, and the info."""
         episode = self._scene()
         moment = episode.conclude(scores)
         terms = weighted_terms(self.reward, moment)
@@ -165,7 +165,7 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
     def render(self) -> NDArray[np.uint8] | None:
         """Return a picture, uint8 (height, width, 3), or show it, as `render_mode` says.
 
-        The window shows every step by itself, in its own time. There h lays the learned reward's heatmap under the
+        The window shows every step by itself, in real time. There h draws the learned reward's heatmap under the
         scene, and p draws personal space.
         """
         if self.render_mode is None:
@@ -179,7 +179,7 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
     def frame(self, heatmap: bool = False, rings: bool = False) -> NDArray[np.uint8]:
         """Return a picture of the scene as it is now, uint8 (height, width, 3), whatever the render mode.
 
-        heatmap: with Q2 of all the robot's positions under the scene; raises `ValueError` where nobody scores
+        heatmap: with Q2 of all the robot's positions under the scene; raises `ValueError` without a scorer
         rings: with everyone's intimate and personal space
         """
         heat = self._heat() if heatmap else None
@@ -187,7 +187,7 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
 
     @property
     def controls(self) -> Controls:
-        """What has been pressed in the window; see `Controls`."""
+        """The input of the window; see `Controls`."""
         return self._drawing().controls
 
     def close(self) -> None:
@@ -198,22 +198,22 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
 
     @property
     def world(self) -> World:
-        """The world of the episode, to be asked and not changed."""
+        """The episode's world, read-only."""
         return self._scene().world
 
     @property
     def has_scene(self) -> bool:
-        """Whether there has been a reset."""
+        """Whether the environment has been reset."""
         return self._episode is not None
 
     @property
     def time_left(self) -> float:
-        """Share of the episode's time that is left, 0..1."""
+        """Remaining share of the episode's time, 0..1."""
         return self._scene().time_left
 
     @property
     def trajectory(self) -> Trajectory:
-        """What has happened since the episode began."""
+        """The trajectory since the episode began."""
         return self._scene().trajectory()
 
     def _scene(self) -> Episode:
@@ -222,7 +222,7 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
         return self._episode
 
     def _show(self, views: Sequence[SceneView]) -> None:
-        """Show pictures in the window, one after the other in their own time."""
+        """Show pictures in the window, one after the other in real time."""
         drawing = self._drawing()
         heat = self._heat() if drawing.controls.heatmap and self.reward.scorer is not None else None
         for view in views:
@@ -262,7 +262,7 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
 
 
 def _config_of(config: EnvConfig | None, scenario: Scenario | None) -> EnvConfig:
-    """The configuration to go by. Raises `ConfigError` where a scenario's scene cannot be had with it."""
+    """The configuration with the scenario's settings. Raises `ConfigError` where its scene cannot be drawn."""
     wanted = EnvConfig() if config is None else config
     if scenario is None:
         return wanted
@@ -272,6 +272,6 @@ def _config_of(config: EnvConfig | None, scenario: Scenario | None) -> EnvConfig
 
 
 def check_options(options: dict[str, Any] | None) -> None:
-    """Raise `ValueError` where `reset` was given an option: there are none."""
+    """Raise `ValueError` where `reset` got options: there are none."""
     if options:
         raise ValueError(f"reset has no options, got {', '.join(map(str, options))}; use config= of gym.make")

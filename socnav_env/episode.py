@@ -1,4 +1,4 @@
-"""One episode: a world that moves, and what is remembered of it. No Gymnasium here."""
+"""One episode: a simulated world and its record. No Gymnasium here."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ STANDING = np.zeros(3)  # command: forward speed, speed to the left, turn rate
 
 
 class Episode:
-    """A run from the warm-up, simulated when this is made, to the outcome.
+    """An episode from the warm-up, simulated on construction, to the outcome.
 
     judged: whether frames are kept for a scorer
     """
@@ -45,25 +45,25 @@ class Episode:
 
     @property
     def steps(self) -> int:
-        """How many steps have been judged."""
+        """The number of finished steps."""
         return len(self._trajectory)
 
     @property
     def time_left(self) -> float:
-        """Share of the episode's time, 0..1."""
+        """Remaining share of the episode's time, 0..1."""
         return 1.0 - self.steps / self._config.max_steps
 
     def advance(self, command: FloatArray) -> None:
-        """Let a control period pass under a command, see `World.advance`."""
+        """Advance by one control period with a command, see `World.advance`."""
         self._advance_world(command)
         self.outcome = decide_outcome(self.world, self._config.max_steps - self.steps - 1)
 
     def window(self) -> list[FrameGraph]:
-        """The frames that the last second is judged by, newest first; empty in an episode that is not judged."""
+        """The frames scored for the last second, newest first; empty without a scorer."""
         return [] if self._recorder is None else self._recorder.window()
 
     def conclude(self, scores: Scores | None) -> Moment:
-        """Take note of how the last step was scored and return what it led to."""
+        """Record the last step with its scores and return its result."""
         earlier, self._goal_distance = self._goal_distance, self.world.distance_to_goal()
         progress = earlier - self._goal_distance
         self.scores = scores
@@ -71,22 +71,22 @@ class Episode:
         return Moment(self.world, self._config.control_period, progress, self.outcome, scores)
 
     def trajectory(self) -> Trajectory:
-        """Everything that happened since the warm-up."""
+        """The trajectory since the warm-up."""
         return self._trajectory.trajectory(self.outcome)
 
     def view(self) -> SceneView:
-        """What a picture of this moment shows."""
+        """The view of this moment."""
         return view_of(self.trajectory(), self.steps, self._config)
 
     def recent_views(self, per_second: float) -> list[SceneView]:
-        """What pictures of the last step show; at the start, of this moment."""
+        """Views of the last step; at the start, of this moment."""
         trajectory, period = self.trajectory(), self._config.control_period
         count = max(round(per_second * period), 1) if self.steps else 1
         times = (self.steps - np.arange(count - 1, -1, -1) / count) * period
         return [view_at(trajectory, float(time), self._config) for time in times]
 
     def recent_sequence(self) -> SceneSequence | None:
-        """The last two seconds as the reward model reads scenes; None in an episode that is not judged."""
+        """The last two seconds as a scene for the reward model; None without a scorer."""
         return None if self._recorder is None else SceneSequence(self._recorder.snapshots, name="episode")
 
     def _advance_world(self, command: FloatArray) -> None:
@@ -98,11 +98,11 @@ class Episode:
 def begin_episode(
     config: EnvConfig, random: np.random.Generator, judged: bool, scenario: Scenario | None = None
 ) -> Episode:
-    """Draw a scene and let its warm-up pass; a scene that is over before it begins is drawn anew.
+    """Draw a scene and simulate its warm-up; a scene that is over at its start is drawn anew.
 
-    scenario: to draw it from; None for the population that `config` asks for
+    scenario: to draw it from; None: the population in `config`
 
-    That can happen where people stop for nobody (`people.stop_distance` 0) and walk into the robot as it stands.
+    That can happen if people do not stop (`people.stop_distance` 0) and walk into the standing robot.
     Raises `ConfigError` where it happens every time.
     """
     draw = sample_layout if scenario is None else scenario.draw

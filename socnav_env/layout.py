@@ -1,4 +1,4 @@
-"""What an episode starts from: the room, and where everyone and everything stands. Plain arrays, no behaviour.
+"""The initial layout of an episode: the room, and the poses of people and objects. Plain arrays, no behaviour.
 
 World frame: SI units, REP-103 (angles counter-clockwise from the x axis).
 """
@@ -15,7 +15,7 @@ from reward_model.base.arrays import BoolArray, FloatArray, IntArray
 
 
 class ObjectKind(IntEnum):
-    """What an object is."""
+    """The kind of an object."""
 
     TABLE = 0
     LAPTOP = 1  # stands on a table, at the table's pose
@@ -34,12 +34,12 @@ class Room:
 
     @cached_property
     def walls(self) -> FloatArray:
-        """(num_walls, 4) x1, y1, x2, y2 [m], not to be written to."""
+        """(num_walls, 4) x1, y1, x2, y2 [m], read-only."""
         return np.hstack([self.corners, np.roll(self.corners, -1, axis=0)])
 
 
 class Ending(IntEnum):
-    """What someone does at the end of their route."""
+    """A person's behaviour at the end of their route."""
 
     STAND = 0  # stays there
     WANDER = 1  # goes on to places of their own choice, as people without a route do
@@ -48,15 +48,15 @@ class Ending(IntEnum):
 
 @dataclass(frozen=True, eq=False)
 class Script:
-    """What a scenario decides besides where everyone is: the warm-up, which is told and not simulated, and routes.
+    """A scenario's warm-up, which is given and not simulated, and people's routes.
 
     robot_poses: (warm_up_steps + 1, 3) of the robot from the beginning of the warm-up to the start of the episode
-    commands: (warm_up_steps, 3) that it was given: forward [m/s], to the left [m/s], turn rate [rad/s]
+    commands: (warm_up_steps, 3) its commands: forward [m/s], to the left [m/s], turn rate [rad/s]
     people_poses: (warm_up_steps + 1, num_people, 3)
     velocities: (num_people, 3) of people at the start [m/s, m/s, rad/s]
-    speeds: (num_people,) at which they like to walk [m/s]; NaN where that is drawn
-    routes: (num_people, longest, 2) [m] where they walk one after the other; NaN from a route's end on
-    delays: (num_people,) [s] from the start, for which they wait before they walk their route
+    speeds: (num_people,) desired speeds [m/s]; NaN: drawn
+    routes: (num_people, longest, 2) [m] places to walk to, one after the other; NaN from a route's end on
+    delays: (num_people,) [s] waiting times from the start to the route
     endings: (num_people,) of `Ending`
     """
 
@@ -72,7 +72,7 @@ class Script:
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """Everything an episode needs to begin.
+    """The initial state of an episode.
 
     robot_pose: (3,) x [m], y [m], heading [rad]
     goal: (2,) [m]
@@ -83,8 +83,8 @@ class Layout:
     object_sizes: (num_objects, 2) width along the object's own x axis and depth along its y axis [m]
     object_kinds: (num_objects,) of `ObjectKind`
     interaction_pairs: (num_interactions, 2) entity indices: people count from 0, objects on from num_people
-    interaction_relations: one name each, as SocNav2 names them
-    script: of a scenario; None where the warm-up is simulated and people go where they like
+    interaction_relations: one name each, as in SocNav2
+    script: of a scenario; None: the warm-up is simulated and people wander
     """
 
     room: Room
@@ -102,10 +102,10 @@ class Layout:
 
     @property
     def num_people(self) -> int:
-        """How many people are in the room."""
+        """The number of people in the room."""
         return len(self.people_poses)
 
     @property
     def num_objects(self) -> int:
-        """How many objects are in the room; a table with a laptop counts as two."""
+        """The number of objects in the room; a table with a laptop counts as two."""
         return len(self.object_poses)

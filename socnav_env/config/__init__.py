@@ -1,4 +1,4 @@
-"""Everything a user can set, as frozen dataclasses that refuse unknown keys and values that cannot work.
+"""The configuration: frozen dataclasses that refuse unknown keys and invalid values.
 
 SI units throughout: metres, seconds, radians. A range is a pair (least, most), both included. Imports nothing else of
 this package.

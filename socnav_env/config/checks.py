@@ -1,4 +1,4 @@
-"""Checks that configurations are made of: each names the key, the rule and the value that breaks it."""
+"""Checks of configuration values; each error names the key, the rule and the value."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def _is_number(value: object, whole: bool = False) -> bool:
 
 
 def check_number(name: str, value: object, least: float, most: float, whole: bool = False) -> None:
-    """Refuse what is not a finite number, or whole number, from `least` to `most`."""
+    """Refuse a value that is not a finite number, or whole number, from `least` to `most`."""
     if not (_is_number(value, whole) and least <= value <= most):  # type: ignore[operator]
         kind = "a whole number" if whole else "a number"
         limits = f" of at least {least}" if most == math.inf else f" from {least} to {most}"
@@ -27,7 +27,7 @@ def check_number(name: str, value: object, least: float, most: float, whole: boo
 
 
 def check_range(name: str, value: object, least: float, whole: bool = False) -> None:
-    """Refuse what is not a pair of numbers that rises from at least `least`."""
+    """Refuse a value that is not a pair of numbers in ascending order, both at least `least`."""
     kind = "whole numbers" if whole else "numbers"
     if not (isinstance(value, tuple) and len(value) == 2 and all(_is_number(each, whole) for each in value)):
         raise ConfigError(f"{name} must be two {kind} (least, most), got {value!r}")
@@ -36,7 +36,7 @@ def check_range(name: str, value: object, least: float, whole: bool = False) -> 
 
 
 def check_names(name: str, values: object, valid: Iterable[str]) -> None:
-    """Refuse what is not a tuple of different names out of `valid`."""
+    """Refuse a value that is not a tuple of different names from `valid`."""
     known = tuple(valid)
     if not isinstance(values, tuple) or not values:
         raise ConfigError(f"{name} must name at least one of {', '.join(known)}, got {values!r}")
@@ -48,20 +48,20 @@ def check_names(name: str, values: object, valid: Iterable[str]) -> None:
 
 
 def check_flag(name: str, value: object) -> None:
-    """Refuse what is neither True nor False."""
+    """Refuse a value that is neither True nor False."""
     if not isinstance(value, bool):
         raise ConfigError(f"{name} must be true or false, got {value!r}")
 
 
 def check_choice(name: str, value: object, valid: Iterable[str]) -> None:
-    """Refuse what is not one of `valid`."""
+    """Refuse a value that is not one of `valid`."""
     known = tuple(valid)
     if value not in known:
         raise ConfigError(f"{name} must be one of {', '.join(known)}, got {value!r}")
 
 
 def check_weights(name: str, weights: object, of: str, count: int) -> None:
-    """Refuse what is neither empty nor one weight of at least 0 for each of `count` kinds, not all 0."""
+    """Refuse weights that are neither empty nor `count` numbers of at least 0, not all 0."""
     if not isinstance(weights, tuple) or not all(_is_number(each) and each >= 0 for each in weights):
         raise ConfigError(f"{name} must be numbers of at least 0, got {weights!r}")
     if weights and (len(weights) != count or not sum(weights) > 0):

@@ -1,4 +1,4 @@
-"""The configuration of the whole environment: its parts together, and the rules that join them."""
+"""Configuration of the environment: its parts, and the rules across them."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from socnav_env.config.sensors import SensorConfig
 
 @dataclass(frozen=True)
 class EnvConfig:
-    """The whole environment.
+    """Configuration of the environment.
 
     control_period: [s] from one action to the next
-    physics_step: [s] a whole number of them make a control period
-    time_limit: [s] after which an episode is cut off
-    warm_up: [s] simulated before the episode, the robot standing; a whole number of control periods
+    physics_step: [s] duration of a physics step; a control period is a whole number of them
+    time_limit: [s] after which an episode is truncated
+    warm_up: [s] simulated before the episode while the robot stands; a whole number of control periods
     """
 
     control_period: float = 0.2
@@ -50,30 +50,30 @@ class EnvConfig:
 
     @property
     def substeps(self) -> int:
-        """How many physics steps make a control period."""
+        """The number of physics steps in a control period."""
         return round(self.control_period / self.physics_step)
 
     @property
     def warm_up_steps(self) -> int:
-        """How many control periods make the warm-up."""
+        """The number of control periods in the warm-up."""
         return round(self.warm_up / self.control_period)
 
     @property
     def max_steps(self) -> int:
-        """How many control periods make the longest episode."""
+        """The maximum number of control periods in an episode."""
         return round(self.time_limit / self.control_period)
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> Self:
-        """Build from nested dicts, e.g. of a TOML or JSON file; what is left out keeps its default.
+        """Build from nested dicts, e.g. of a TOML or JSON file; missing keys keep their defaults.
 
-        Raises `ConfigError` for an unknown key or a value that cannot work.
+        Raises `ConfigError` for an unknown key or an invalid value.
         """
         config: Self = _build(cls, values, "")
         return config
 
     def to_dict(self) -> dict[str, Any]:
-        """Nested dicts that `from_dict` turns back into an equal config."""
+        """The configuration as nested dicts; `from_dict` turns them into an equal configuration."""
         return dataclasses.asdict(self)
 
     def _check_speeds(self) -> None:
@@ -91,7 +91,7 @@ class EnvConfig:
                 )
 
     def _check_circles(self) -> None:
-        """Refuse circles of people who touch."""
+        """Refuse circles in which people would touch."""
         spacing, radius = self.population.circle_spacing[0], self.people.radius
         if spacing < 2 * radius:
             raise ConfigError(
@@ -99,7 +99,7 @@ class EnvConfig:
             )
 
     def _check_room_for_all(self) -> None:
-        """Refuse what even the least populated scene of the smallest room cannot hold."""
+        """Refuse populations whose minimum does not fit into the smallest room."""
         needed = least_area(self.population, self.people.clearance) + 2 * disc_area(self.people.clearance)
         for kind, sides in self.room.smallest_sides.items():
             free = sides[0] * sides[1]

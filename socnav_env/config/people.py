@@ -1,4 +1,4 @@
-"""What people are and how they walk. SI units; a range is a pair (least, most), both included."""
+"""Configuration of people and their walking. SI units; a range is a pair (least, most), both included."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from socnav_env.config.checks import ConfigError, FloatRange, check_choice, chec
 
 SOCIAL_FORCE, ORCA, STAND = "social_force", "orca", "standing"
 WALKING_MODELS = (SOCIAL_FORCE, ORCA, STAND)
-MAX_HASTE = 1.3  # times the desired speed, at most (Helbing & Molnar 1995)
+MAX_HASTE = 1.3  # maximum speed as a multiple of the desired speed (Helbing & Molnar 1995)
 
 
 @dataclass(frozen=True)
 class GroupConfig:
-    """What keeps people who walk together together; the last three are the forces of Moussaid et al. 2010.
+    """Parameters that keep walking groups together; the last three are the forces of Moussaid et al. 2010.
 
-    formation: [1/s] how fast they close in on places side by side; 0: they have none
-    gaze: [m/s^2 per rad] slows down whoever has to turn the head to see the others; 4 in the paper, 0: not at all
-    cohesion: [m/s^2] towards the middle of the group where that is far; 3 in the paper
-    repulsion: [m/s^2] from a companion closer than the group's spacing; 1 in the paper
+    formation: [1/s] rate at which members approach their places side by side; 0: no such places
+    gaze: [m/s^2 per rad] slows down a person who must turn the head to see the others; 4 in the paper, 0: none
+    cohesion: [m/s^2] towards the centre of the group if that is far away; 3 in the paper
+    repulsion: [m/s^2] away from a companion closer than the group's spacing; 1 in the paper
     """
 
     formation: float = 1.0
@@ -35,13 +35,13 @@ class GroupConfig:
 
 @dataclass(frozen=True)
 class OrcaConfig:
-    """Reciprocal collision avoidance (van den Berg et al. 2011), where `people.model` is "orca".
+    """Reciprocal collision avoidance (van den Berg et al. 2011), used if `people.model` is "orca".
 
     time_horizon: [s] for which a velocity must be free of collisions with others
-    wall_time_horizon: [s] likewise with walls and objects
-    neighbour_distance: [m] within which others are looked at
-    max_neighbours: how many of them at most
-    margin: [m] kept between bodies besides their radius
+    wall_time_horizon: [s] the same for walls and objects
+    neighbour_distance: [m] within which others are taken into account
+    max_neighbours: maximum number of others taken into account
+    margin: [m] kept between bodies, besides their radii
     """
 
     time_horizon: float = 3.0
@@ -59,27 +59,27 @@ class OrcaConfig:
 
 @dataclass(frozen=True)
 class PeopleConfig:
-    """What people are and how they walk.
+    """Properties of people and of their walking.
 
-    model: of `WALKING_MODELS`; "standing": those who would walk stand where they are
-    radius: [m] of the body that touches: shoulders 0.5 m wide
-    clearance: [m] the radius people are placed with (SONATA's), though couples walk closer than that
-    speed, speed_deviation, speed_limits: [m/s] a walker's desired speed: a normal distribution, cut off; with
-        the time spent turning, starting and giving way it gives the speeds seen in SocNav2
-    max_acceleration: [m/s^2] at most; None: only as `relaxation_time` says
-    max_turn_rate: [rad/s] at most; people in SocNav2's recordings turn by up to 1.4 rad/s
-    target_interval: [s] on average until a walker picks another target, drawn within a quarter of it
-    stop_distance: [m] between centres, within which a walker stops for the robot (SONATA's habit)
-    robot_visibility: 0..1, scales both `stop_distance` and how strongly walkers avoid the robot; 0: invisible
-    relaxation_time: [s] in which a walker takes up a new velocity (Helbing & Molnar 1995)
-    avoidance: [m/s^2] strength with which walkers avoid others (Moussaid et al. 2009 measured 4.5)
-    avoidance_range: by how much that reaches farther for those one nears faster (theirs: 0.35)
-    velocity_weight: of the relative velocity against the direction to the other (theirs: 2)
-    view_angle: [rad] of the field of view, both sides together (Helbing & Molnar 1995: 200 degrees)
-    unseen_weight: 0..1, of those outside it (theirs: 0.5); 1: everyone counts the same
-    wall_repulsion, wall_range: [m/s^2], [m] strength and reach of walls (Moussaid et al. 2010: 3 and 0.1)
-    patience: [s] a blocked walker waits before picking another target
-    group, orca: see there
+    model: walking model, from `WALKING_MODELS`; "standing": people who would walk stand still
+    radius: [m] of the body in contacts: shoulders 0.5 m wide
+    clearance: [m] radius used to place people (as in SONATA); couples walk closer than that
+    speed, speed_deviation, speed_limits: [m/s] mean, standard deviation and limits of a walker's desired speed, a
+        clipped normal distribution; with turning, starting and giving way it gives the speeds in SocNav2
+    max_acceleration: [m/s^2]; None: limited by `relaxation_time` alone
+    max_turn_rate: [rad/s]; people in SocNav2's recordings turn at up to 1.4 rad/s
+    target_interval: [s] mean time until a walker picks another target, drawn within a quarter of it
+    stop_distance: [m] between centres, below which a walker stops for the robot (as in SONATA)
+    robot_visibility: 0..1, factor of `stop_distance` and of walkers' avoidance of the robot; 0: invisible
+    relaxation_time: [s] in which a walker adopts a new velocity (Helbing & Molnar 1995)
+    avoidance: [m/s^2] strength of the social force between people (Moussaid et al. 2009 measured 4.5)
+    avoidance_range: growth of the social force's range with the speed of approach (theirs: 0.35)
+    velocity_weight: weight of the relative velocity against the direction to the other (theirs: 2)
+    view_angle: [rad] full width of the field of view (Helbing & Molnar 1995: 200 degrees)
+    unseen_weight: 0..1, weight of people outside the field of view (theirs: 0.5); 1: everyone counts the same
+    wall_repulsion, wall_range: [m/s^2], [m] strength and range of walls' repulsion (Moussaid et al. 2010: 3 and 0.1)
+    patience: [s] for which a blocked walker waits before picking another target
+    group, orca: see `GroupConfig` and `OrcaConfig`
     """
 
     model: str = SOCIAL_FORCE
@@ -107,7 +107,7 @@ class PeopleConfig:
 
     @classmethod
     def pedestrians(cls) -> Self:
-        """People in the street instead of in SocNav2's rooms: fitted to real ones, see docs/people.md."""
+        """Pedestrians in the street, not in SocNav2's rooms: fitted to real trajectories, see docs/people.md."""
         return cls(
             speed=1.4,
             speed_deviation=0.4,

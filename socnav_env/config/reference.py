@@ -1,4 +1,4 @@
-"""Every key of the configuration with its default and its meaning, as the docstrings of the dataclasses say it."""
+"""All configuration keys with their defaults and meanings, read from the dataclasses' docstrings."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _INDENT = "    "
 
 @dataclass(frozen=True)
 class Entry:
-    """One key, such as "robot.radius", its default as JSON, and what it means."""
+    """A configuration key, such as "robot.radius", with its default as JSON and its meaning."""
 
     key: str
     default: str
@@ -24,9 +24,9 @@ class Entry:
 
 
 def entries(config: Any, prefix: str = "") -> Iterator[Entry]:
-    """All keys of a configuration, with its values for defaults, in order; those of its parts after their own names.
+    """All keys of a configuration in order, with its values as defaults; keys of a part start with the part's name.
 
-    Raises `ValueError` for a key whose class does not say what it means.
+    Raises `ValueError` for a key whose meaning the docstring of its class does not give.
     """
     meanings = _meanings(type(config))
     for each in dataclasses.fields(config):
@@ -40,7 +40,7 @@ def entries(config: Any, prefix: str = "") -> Iterator[Entry]:
 
 
 def _meanings(kind: type) -> dict[str, str]:
-    """By name, what the docstring of a dataclass says: entries "name: ..." or "name, name: ...", others indented."""
+    """Meaning of each name in a dataclass's docstring: lines "name: ..." or "name, name: ...", others indented."""
     meanings: dict[str, str] = {}
     names: list[str] = []
     for line in inspect.cleandoc(kind.__doc__ or "").splitlines():

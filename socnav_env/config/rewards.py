@@ -1,4 +1,4 @@
-"""What a user can set about rewards: the weights of their named terms."""
+"""Configuration of the rewards: the weights of their named terms."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ from dataclasses import dataclass
 
 from socnav_env.config.checks import ConfigError, check_number
 
-Mix = tuple[tuple[str, float], ...]  # rewards by name, and how much of each
+Mix = tuple[tuple[str, float], ...]  # names of rewards and their weights
 
 
 @dataclass(frozen=True)
 class RewardConfig:
     """Weights of the named reward terms.
 
-    social: of Q2 - 1 in `learned`, of the raw scores in `q1` and `q2`, each step
-    arrival, contact: once, at the end; in `learned` and `sparse`
-    crowdnav_arrival, crowdnav_contact: likewise in `crowdnav` (Chen et al. 2019)
-    crowdnav_discomfort: [1/(m s)] of each step that ends too close to someone
-    crowdnav_discomfort_distance: [m] between surfaces, below which that is
-    dsrnn_progress: [1/m] towards the goal, in `dsrnn` (Liu et al. 2021)
-    dsrnn_arrival, dsrnn_contact: once, at the end
-    dsrnn_discomfort: [1/(m s)] of each step that ends too close to someone; theirs is 2.5 in a step of 0.25 s
-    dsrnn_discomfort_distance: [m] between surfaces, below which that is
-    mix: what the reward `mix` is made of: names, and how much of each
+    social: weight of Q2 - 1 in `learned` and of the raw score in `q1` and `q2`, every step
+    arrival, contact: weight of arriving and of touching something, once, at the end; in `learned` and `sparse`
+    crowdnav_arrival, crowdnav_contact: the same in `crowdnav` (Chen et al. 2019)
+    crowdnav_discomfort: [1/(m s)] weight of each step that ends too close to a person
+    crowdnav_discomfort_distance: [m] between surfaces, below which a step is too close
+    dsrnn_progress: [1/m] weight of progress towards the goal in `dsrnn` (Liu et al. 2021)
+    dsrnn_arrival, dsrnn_contact: weight of arriving and of touching something, once, at the end
+    dsrnn_discomfort: [1/(m s)] weight of each step that ends too close to a person; theirs is 2.5 in a step of 0.25 s
+    dsrnn_discomfort_distance: [m] between surfaces, below which a step is too close
+    mix: names and weights of the rewards in the reward `mix`
     """
 
     social: float = 1.0
@@ -51,7 +51,7 @@ class RewardConfig:
 
 
 def _check_mix(mix: object) -> None:
-    """Refuse what is not names, each once, with numbers. Which names there are is known to `socnav_env.rewards`."""
+    """Refuse a mix that is not pairs of names, each once, and numbers. `socnav_env.rewards` knows the valid names."""
     pairs = mix if isinstance(mix, tuple) and mix else ((),)
     for pair in pairs:
         if not (isinstance(pair, tuple) and len(pair) == 2 and isinstance(pair[0], str)):

@@ -1,4 +1,4 @@
-"""Which rooms there are, and who and what is in them. SI units; a range is a pair (least, most), both included."""
+"""Configuration of rooms, people and objects. SI units; a range is a pair (least, most), both included."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Size = tuple[float, float]
 SQUARE, RECTANGLE, L_SHAPE = "square", "rectangle", "l_shape"
 ROOM_KINDS = (SQUARE, RECTANGLE, L_SHAPE)
 
-# Relations by the names SocNav2's recordings use.
+# Relations, named as in SocNav2's recordings.
 TALKING = "two_static_person_talking"
 AT_LAPTOP = "human_laptop_interaction"
 AT_PLANT = "human_plant_interaction"
@@ -30,19 +30,19 @@ RELATIONS = (TALKING, AT_LAPTOP, AT_PLANT, WALKING_TOGETHER)
 PEOPLE_OF_RELATION = {TALKING: 2, AT_LAPTOP: 1, AT_PLANT: 1, WALKING_TOGETHER: 2}
 OBJECTS_OF_RELATION = {TALKING: 0, AT_LAPTOP: 2, AT_PLANT: 1, WALKING_TOGETHER: 0}
 
-MAX_WALLS = 6  # an L has six, the other rooms four
+MAX_WALLS = 6  # an L-shaped room has six, the other rooms have four
 
 
 @dataclass(frozen=True)
 class RoomConfig:
-    """Which rooms there are. Defaults: SONATA's rooms.
+    """Kinds and sizes of rooms. Defaults: SONATA's rooms.
 
-    kinds: of `ROOM_KINDS`
-    kind_weights: how likely each of `kinds` is, against the others; none: all the same
+    kinds: kinds of rooms, from `ROOM_KINDS`
+    kind_weights: relative probability of each of `kinds`; empty: all the same
     square_side: [m], whole numbers
-    rectangle_side: [m], whole numbers; the length is drawn from the breadth up
-    l_unit: [m], whole numbers: an L is a square of three units without a corner of two units by one
-    turned: whether rooms stand at any angle in the world; otherwise their walls run along its axes
+    rectangle_side: [m], whole numbers; the length is drawn from the breadth upwards
+    l_unit: [m], whole numbers: an L is a square of three by three units without a corner of two units by one
+    turned: whether rooms have a random rotation in the world; otherwise their walls are parallel to its axes
     """
 
     kinds: tuple[str, ...] = ROOM_KINDS
@@ -61,7 +61,7 @@ class RoomConfig:
 
     @property
     def smallest_sides(self) -> dict[str, tuple[float, float]]:
-        """By kind, two sides of a rectangle with the area of the smallest room [m]."""
+        """Two sides [m] of a rectangle with the area of the smallest room, by kind of room."""
         square, breadth, unit = self.square_side[0], self.rectangle_side[0], self.l_unit[0]
         sides = {SQUARE: (square, square), RECTANGLE: (breadth, breadth), L_SHAPE: (unit, 7 * unit)}
         return {kind: sides[kind] for kind in self.kinds}
@@ -69,11 +69,11 @@ class RoomConfig:
 
 @dataclass(frozen=True)
 class ConversationConfig:
-    """Whether people join and leave those who stand and talk, during an episode. Off by default.
+    """Rates at which people join and leave standing conversations during an episode. Off by default.
 
-    join_rate: [1/s] at which each wandering person decides to join a conversation
-    leave_rate: [1/s] at which each person who talks decides to go; the last one left goes too
-    max_size: how many talk with each other at most
+    join_rate: [1/s] rate at which each wandering person decides to join a conversation
+    leave_rate: [1/s] rate at which each talking person decides to leave; the last one left leaves too
+    max_size: maximum number of people in a conversation
     """
 
     join_rate: float = 0.0
@@ -87,32 +87,32 @@ class ConversationConfig:
 
     @property
     def change(self) -> bool:
-        """Whether anyone ever joins or leaves."""
+        """Whether people can join or leave conversations."""
         return self.join_rate > 0 or self.leave_rate > 0
 
 
 @dataclass(frozen=True)
 class PopulationConfig:
-    """Who and what is in the room; counts are drawn uniformly. Defaults follow SONATA.
+    """People, objects and interactions in the room; counts are drawn uniformly. Defaults follow SONATA.
 
-    still, wandering: people on their own, besides those who take part in interactions
-    tables, plants: without anyone at them; every table carries a laptop, which makes it two objects
-    interactions: how many; each is of a kind drawn from `relations` and brings its own people and objects
-    relations: of `RELATIONS`
-    relation_weights: how likely each of `relations` is, against the others; none: all the same
-    talking_distance: [m] between two who talk
-    talking_angle: [rad] by how much each of them may look past the other
-    watching_distance: [m] from a person to the laptop or plant they are occupied with
-    couple_distance: [m] between neighbours of those who walk side by side
-    walking_groups, walking_group_size: how many groups walk abreast besides couples, and how many people are in each
-    circles, circle_size: how many groups stand in a circle and talk, and how many people are in each
-    circle_spacing: [m] between neighbours in a circle, the same all around; everyone faces its middle
-    table_sizes: [m] one is drawn for each table; its laptop is recorded with the same size
-    plant_size: [m]
-    max_tries: how many populations are drawn for one room before giving up
-    redraw_counts: whether a population that does not fit is drawn anew with other counts, which makes crowds a
-        little rarer than their range says; otherwise counts stay, and only places are drawn anew
-    conversations: see there
+    still, wandering: number of people on their own, besides those in interactions
+    tables, plants: number of each, besides interactions; every table carries a laptop and counts as two objects
+    interactions: number of interactions; each has a kind drawn from `relations` and its own people and objects
+    relations: kinds of interactions, from `RELATIONS`
+    relation_weights: relative probability of each of `relations`; empty: all the same
+    talking_distance: [m] between two people who talk
+    talking_angle: [rad] maximum angle between the heading of each and the direction to the other
+    watching_distance: [m] from a person to the laptop or plant they interact with
+    couple_distance: [m] between neighbours who walk side by side
+    walking_groups, walking_group_size: number of groups walking abreast, besides couples, and of people in each
+    circles, circle_size: number of groups standing in a circle and talking, and of people in each
+    circle_spacing: [m] between neighbours in a circle, the same for all; everyone faces the centre
+    table_sizes: [m] widths and depths, one drawn for each table; its laptop is recorded with the same size
+    plant_size: [m] width and depth
+    max_tries: maximum number of populations drawn for one room
+    redraw_counts: whether counts are drawn anew too if a population does not fit, which makes crowds a little rarer
+        than their range says; otherwise only places are drawn anew
+    conversations: see `ConversationConfig`
     """
 
     still: IntRange = (0, 4)
@@ -157,20 +157,20 @@ class PopulationConfig:
 
     @property
     def max_people(self) -> int:
-        """The most people there can be."""
+        """The maximum number of people."""
         of_relations = max(PEOPLE_OF_RELATION[relation] for relation in self.relations)
         in_groups = self.walking_groups[1] * self.walking_group_size[1] + self.circles[1] * self.circle_size[1]
         return self.still[1] + self.wandering[1] + of_relations * self.interactions[1] + in_groups
 
     @property
     def max_objects(self) -> int:
-        """The most objects there can be; a table with its laptop counts as two."""
+        """The maximum number of objects; a table with its laptop counts as two."""
         of_relations = max(OBJECTS_OF_RELATION[relation] for relation in self.relations)
         return 2 * self.tables[1] + self.plants[1] + of_relations * self.interactions[1]
 
     @property
     def max_interactions(self) -> int:
-        """The most pairs that can be recorded as interacting: neighbours in a walking group, all pairs of a circle."""
+        """The maximum number of interacting pairs: neighbours in a walking group, all pairs of a circle."""
         walking = self.walking_groups[1] * (self.walking_group_size[1] - 1)
         in_circle, of_two = self.circle_size[1], 1
         if self.conversations.change:
@@ -183,12 +183,12 @@ PACKING = 0.5  # share of a floor that discs placed at random, one after the oth
 
 
 def disc_area(radius: float) -> float:
-    """Of a circle [m^2]."""
+    """Area of a disc [m^2]."""
     return math.pi * radius**2
 
 
 def least_area(population: PopulationConfig, clearance: float) -> float:
-    """What the fewest people, each a disc of radius `clearance` [m], and objects cover [m^2]."""
+    """Area covered by the minimum numbers of people, as discs of radius `clearance` [m], and of objects [m^2]."""
     people_each = min(PEOPLE_OF_RELATION[relation] for relation in population.relations)
     people = population.still[0] + population.wandering[0] + people_each * population.interactions[0]
     people += population.walking_groups[0] * population.walking_group_size[0]

@@ -1,4 +1,4 @@
-"""What a user can set about how the robot sees."""
+"""Configuration of the robot's sensors."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ ALL_AROUND = 2 * math.pi
 
 @dataclass(frozen=True)
 class SensorConfig:
-    """What the robot's sensors see. By default everything, exactly, and no random number is drawn.
+    """Limits and noise of the robot's sensors. By default everything is observed exactly, without random numbers.
 
-    Limits and noise concern people and objects in the observations `entities` and `flat`; who interacts is seen where
-    both are. The robot knows the walls, its goal and itself.
+    Limits and noise apply to people and objects in the observations `entities` and `flat`. An interaction is observed
+    if both its entities are. The walls, the goal and the robot's own state are always known.
 
     field_of_view: [rad] centred on the robot's heading
     max_range: [m] to an entity's centre; None: unlimited
     occlusion: whether walls, objects and people hide what lies behind them; tested at the entity's centre
-    position_noise, heading_noise, velocity_noise: [m], [rad], [m/s] standard deviations of a normal error, new at every
-        look; of coordinates, of people's and objects' headings, and of people's velocity components
-    max_walls: how many walls `entities` and `flat` show, the nearest; scenarios may have rooms with more
-    nearest_people, nearest_objects: how many `flat` shows
-    lidar_beams: of `lidar`, spread evenly over `field_of_view`
-    lidar_range: [m]
+    position_noise, heading_noise, velocity_noise: [m], [rad], [m/s] standard deviations of normal errors, new at every
+        step: of coordinates, of people's and objects' headings, and of people's velocity components
+    max_walls: number of walls in `entities` and `flat`, the nearest ones; rooms of scenarios may have more
+    nearest_people, nearest_objects: number of each in `flat`
+    lidar_beams: number of beams of `lidar`, spread evenly over `field_of_view`
+    lidar_range: [m] maximum distance that `lidar` measures
     """
 
     field_of_view: float = ALL_AROUND
@@ -55,10 +55,10 @@ class SensorConfig:
 
     @property
     def is_limited(self) -> bool:
-        """Whether there may be something in the room that is not seen."""
+        """Whether people or objects in the room can be missing from an observation."""
         return self.field_of_view < ALL_AROUND or self.max_range is not None or self.occlusion
 
     @property
     def is_noisy(self) -> bool:
-        """Whether what is seen is not exact."""
+        """Whether observations have noise."""
         return self.position_noise > 0 or self.heading_noise > 0 or self.velocity_noise > 0

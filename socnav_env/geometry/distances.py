@@ -1,4 +1,4 @@
-"""Distances in the plane, compiled: what placing, walking and measuring are made of.
+"""Compiled distances in the plane, used for placement, walking and metrics.
 
 Walls are rows x1, y1, x2, y2; discs x, y, radius; boxes x, y, cos heading, sin heading, half width, half depth.
 """
@@ -12,11 +12,11 @@ import numpy as np
 from reward_model.base.arrays import BoolArray, FloatArray
 from reward_model.base.numba import njit
 
-SIGHT_STEP = 0.1  # m between the points at which a line is examined
+SIGHT_STEP = 0.1  # m between the checked points of a line
 
 
 def boxes_of(poses: FloatArray, sizes: FloatArray) -> FloatArray:
-    """Rows for `box_distance`. poses: (n, 3), sizes: (n, 2) width and depth. Returns (n, 6)."""
+    """Boxes as rows for `box_distance`. poses: (n, 3), sizes: (n, 2) width and depth. Returns (n, 6)."""
     headings = poses[:, 2:3]
     return np.hstack([poses[:, :2], np.cos(headings), np.sin(headings), sizes / 2])
 
@@ -32,7 +32,7 @@ def closest_on_wall(x: float, y: float, wall: FloatArray) -> tuple[float, float]
 
 @njit
 def closest_on_box(x: float, y: float, box: FloatArray) -> tuple[float, float]:
-    """The point of a box closest to (x, y); the point itself where it lies inside."""
+    """The point of a box closest to (x, y); (x, y) itself if it lies inside."""
     dx, dy = x - box[0], y - box[1]
     along = min(max(box[2] * dx + box[3] * dy, -box[4]), box[4])
     across = min(max(box[2] * dy - box[3] * dx, -box[5]), box[5])
@@ -41,7 +41,7 @@ def closest_on_box(x: float, y: float, box: FloatArray) -> tuple[float, float]:
 
 @njit
 def box_distance(x: float, y: float, box: FloatArray) -> float:
-    """From (x, y) to the surface of a box, negative inside [m]."""
+    """Distance from (x, y) to the surface of a box [m], negative inside."""
     dx, dy = x - box[0], y - box[1]
     beyond = abs(box[2] * dx + box[3] * dy) - box[4]
     beside = abs(box[2] * dy - box[3] * dx) - box[5]
@@ -52,7 +52,7 @@ def box_distance(x: float, y: float, box: FloatArray) -> float:
 
 @njit
 def wall_distances(x: float, y: float, walls: FloatArray) -> FloatArray:
-    """From (x, y) to each wall [m]. Returns (num_walls,)."""
+    """Distance from (x, y) to each wall [m]. Returns (num_walls,)."""
     distances = np.empty(len(walls))
     for index in range(len(walls)):
         near_x, near_y = closest_on_wall(x, y, walls[index])
@@ -62,7 +62,7 @@ def wall_distances(x: float, y: float, walls: FloatArray) -> FloatArray:
 
 @njit
 def box_distances(x: float, y: float, boxes: FloatArray) -> FloatArray:
-    """From (x, y) to the surface of each box, negative inside [m]. Returns (num_boxes,)."""
+    """Distance from (x, y) to the surface of each box [m], negative inside. Returns (num_boxes,)."""
     distances = np.empty(len(boxes))
     for index in range(len(boxes)):
         distances[index] = box_distance(x, y, boxes[index])
@@ -82,7 +82,7 @@ def inside(x: float, y: float, walls: FloatArray) -> bool:
 
 @njit
 def inside_each(points: FloatArray, walls: FloatArray) -> BoolArray:
-    """Which points (n, 2) lie within the closed line of walls. Returns (n,)."""
+    """Whether each of the points (n, 2) lies within the closed line of walls. Returns (n,)."""
     within = np.empty(len(points), dtype=np.bool_)
     for index in range(len(points)):
         within[index] = inside(points[index, 0], points[index, 1], walls)
@@ -91,7 +91,7 @@ def inside_each(points: FloatArray, walls: FloatArray) -> BoolArray:
 
 @njit
 def clearance(x: float, y: float, walls: FloatArray, discs: FloatArray, boxes: FloatArray) -> float:
-    """From (x, y) to the nearest surface of all; negative inside a disc or a box [m]."""
+    """Distance from (x, y) to the nearest surface [m], negative inside a disc or a box."""
     least = np.inf
     for wall in walls:
         near_x, near_y = closest_on_wall(x, y, wall)
@@ -115,7 +115,7 @@ def line_is_free(
 ) -> bool:
     """Whether a body of radius `margin` can go straight from `start` to `end`.
 
-    Where it starts with less room than that, it may go on with as little until it has come clear.
+    If the start has less clearance than `margin`, the clearance must not shrink until it reaches `margin`.
     """
     dx, dy = end[0] - start[0], end[1] - start[1]
     count = math.ceil(math.hypot(dx, dy) / SIGHT_STEP)
@@ -151,7 +151,7 @@ def first_free_pair(
 ) -> int:
     """Index of the first pair of places, (n, 2) each, where two bodies fit in sight of each other; -1 if none.
 
-    sight: [m] the line between the two has this much room on both sides
+    sight: [m] clearance on both sides of the line between the two
     """
     for index in range(len(firsts)):
         first, second = firsts[index], seconds[index]

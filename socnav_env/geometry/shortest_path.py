@@ -1,9 +1,9 @@
-"""The shortest way past all that never moves, for a round robot. Exact, but for rounding.
+"""The shortest path of a round robot past walls and objects, exact up to rounding.
 
-The shortest path of a disc among straight edges is made of straight lines and of arcs around the edges' ends, each
-line touching the circles, as wide as the robot, at its ends (Liu & Arimoto, Path planning using a tangent graph for
-mobile robots among polygonal and curved obstacles, 1992). So the tangents on which the robot fits, and the arcs
-between the places where they touch, make a graph that has the shortest path in it; SciPy's Dijkstra finds it.
+The shortest path of a disc among straight edges consists of straight lines and of arcs around the edges' ends. Each
+line is tangent to the circles at its ends, which have the robot's radius (Liu & Arimoto, Path planning using a tangent
+graph for mobile robots among polygonal and curved obstacles, 1992). The tangents on which the robot fits and the arcs
+between their touching points form a graph that contains the shortest path; SciPy's Dijkstra finds it.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from socnav_env.geometry.distances import boxes_of, closest_on_wall
 from socnav_env.layout import Layout
 
 ROUNDING = 1e-7  # m by which a path may come closer than the robot's radius
-ARC_STEP = math.radians(2)  # between the places at which an arc is examined: it bulges by 0.04 mm in between
+ARC_STEP = math.radians(2)  # between the checked points of an arc: it bulges by 0.04 mm in between
 CORNERS = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
 
 
 def edges_of(layout: Layout) -> FloatArray:
     """(num_edges, 4) x1, y1, x2, y2 [m] of the walls and of the objects' sides."""
-    # A laptop has the place and size of its table.
+    # A laptop has the pose and size of its table.
     boxes = np.unique(boxes_of(layout.object_poses, layout.object_sizes), axis=0)
     along = boxes[:, None, 2:4] * (CORNERS[:, 0] * boxes[:, 4:5])[..., None]
     across = boxes[:, None, [3, 2]] * [-1.0, 1.0] * (CORNERS[:, 1] * boxes[:, 5:6])[..., None]
@@ -34,10 +34,11 @@ def edges_of(layout: Layout) -> FloatArray:
 
 
 def shortest_path_length(start: FloatArray, goal: FloatArray, radius: float, edges: FloatArray) -> float:
-    """[m] that the centre of a robot of this radius [m] has to go from `start` to `goal`; inf if there is no way.
+    """Length [m] of the shortest path of the robot's centre from `start` to `goal`; inf if there is no path.
 
     start, goal: (2,)
-    edges: (num_edges, 4) x1, y1, x2, y2 of everything in the way
+    radius: [m] of the robot
+    edges: (num_edges, 4) x1, y1, x2, y2 of all obstacles
     """
     if fits(start, goal, radius - ROUNDING, edges):
         return math.dist(start, goal)
@@ -49,8 +50,8 @@ def shortest_path_length(start: FloatArray, goal: FloatArray, radius: float, edg
 def _graph_distance(
     centers: FloatArray, radius: float, edges: FloatArray, touches: FloatArray, owners: IntArray
 ) -> float:
-    """Length of the shortest way from the first to the second centre over tangents and arcs."""
-    from scipy.sparse import coo_array  # takes long to load
+    """Length of the shortest path from the first to the second centre over tangents and arcs."""
+    from scipy.sparse import coo_array  # slow to import
     from scipy.sparse.csgraph import dijkstra
 
     count = len(touches)
@@ -59,7 +60,7 @@ def _graph_distance(
     arc_ends, arc_lengths = _arcs(centers, radius, edges, touches, owners)
     rows = np.concatenate([nodes[::2], arc_ends[:, 0] + 2])
     columns = np.concatenate([nodes[1::2], arc_ends[:, 1] + 2])
-    # Two touching points at one place are no distance apart, which a sparse graph would take for no connection.
+    # A sparse graph takes a weight of 0, as between two touching points at one place, for no edge.
     weights = np.maximum(np.concatenate([lengths, arc_lengths]), 1e-12)
     graph = coo_array((weights, (rows, columns)), shape=(count + 2, count + 2)).tocsr()
     return float(dijkstra(graph, directed=False, indices=0)[1])
@@ -68,7 +69,7 @@ def _graph_distance(
 def _arcs(
     centers: FloatArray, radius: float, edges: FloatArray, touches: FloatArray, owners: IntArray
 ) -> tuple[IntArray, FloatArray]:
-    """Arcs from each touching point to the next one on its circle: (num_arcs, 2) touching points, and lengths."""
+    """Arcs from each touching point to the next one on its circle: (num_arcs, 2) touching points, and lengths [m]."""
     ends, lengths = [], []
     offsets = touches - centers[owners]
     angles = np.arctan2(offsets[:, 1], offsets[:, 0])
@@ -103,13 +104,13 @@ def _point_distance(x: float, y: float, segment: FloatArray) -> float:
 
 @njit
 def _side(line: FloatArray, x: float, y: float) -> float:
-    """Positive to the left of a line, negative to its right."""
+    """The side of a line on which (x, y) lies: positive to the left, negative to the right."""
     return float((line[2] - line[0]) * (y - line[1]) - (line[3] - line[1]) * (x - line[0]))
 
 
 @njit
 def _segment_distance(one: FloatArray, other: FloatArray) -> float:
-    """Between two segments [m], 0 where they cross."""
+    """Distance between two segments [m], 0 if they cross."""
     apart = _side(one, other[0], other[1]) * _side(one, other[2], other[3])
     if apart < 0.0 and _side(other, one[0], one[1]) * _side(other, one[2], one[3]) < 0.0:
         return 0.0
@@ -123,7 +124,7 @@ def _segment_distance(one: FloatArray, other: FloatArray) -> float:
 
 @njit
 def _tangents(centers: FloatArray, radius: float, edges: FloatArray) -> tuple[FloatArray, IntArray]:
-    """The tangents on which the robot fits: where they touch, two rows (n, 2) each, and which circles (n,).
+    """The tangents on which the robot fits: their touching points, two rows (n, 2) each, and the points' circles (n,).
 
     The first two centres are points, all others circles.
     """
@@ -159,7 +160,7 @@ def _tangents(centers: FloatArray, radius: float, edges: FloatArray) -> tuple[Fl
 
 @njit
 def _arc_fits(center: FloatArray, angle: float, turn: float, radius: float, edges: FloatArray) -> bool:
-    """Whether the robot can go around `center`, from one angle on counter-clockwise."""
+    """Whether the robot can go around `center` counter-clockwise by `turn` [rad] from `angle` [rad] on."""
     count = max(math.ceil(turn / ARC_STEP), 1)
     for index in range(count + 1):
         x = center[0] + radius * math.cos(angle + turn * index / count)

@@ -1,9 +1,9 @@
 """Measures of a recorded episode, each a pure function of a `Trajectory`.
 
-Sources stand in each function. "Distance" is between surfaces (centre distance minus both radii) unless a function
-says centre. A step is judged by the state it led to, so that an episode of n steps has n values; the start, row 0,
+Each function names its source. "Distance" is between surfaces (centre distance minus both radii) unless a function
+says centre. A step is measured at the state after it, so that an episode of n steps has n values; the start, row 0,
 counts only where something changes from it. A measure that has no meaning in an episode (the distance to people
-in a room without any, the time to the goal where it was not reached), or that the recording cannot tell, is NaN.
+in a room without any, the time to the goal if it was not reached), or that the recording does not allow, is NaN.
 """
 
 from __future__ import annotations
@@ -105,9 +105,9 @@ METRICS: dict[str, Callable[[Trajectory], float]] = {
 
 
 def episode_metrics(trajectory: Trajectory, without_robot: Trajectory | None = None) -> dict[str, float]:
-    """Every measure of an episode, by its name.
+    """All measures of an episode, by name.
 
-    without_robot: the same episode without the robot; `person_detour` and `person_delay` are NaN where it is missing
+    without_robot: the same episode without the robot; `person_detour` and `person_delay` are NaN if it is missing
     """
     values = {name: metric(trajectory) for name, metric in METRICS.items()}
     if without_robot is not None:

@@ -1,9 +1,9 @@
-"""How much longer people took because of the robot: an episode against the same one without it.
+"""Delay and detour of people because of the robot: an episode compared with the same one without the robot.
 
-The two are compared walk by walk. A walk is a person's way to one target; it counts while the person has had the same
-targets in both episodes, since from then on they walk elsewhere. Where one of the two breaks a walk off, both are
-measured to where that one has come: to the smallest distance to the target that both reach. A detour is what a path
-has in metres beyond those by which it leads closer to the target.
+The two are compared walk by walk. A walk is a person's path to one target. It counts as long as the person has had
+the same targets in both episodes, since after that they walk elsewhere. If a walk is broken off in one episode, both
+are measured up to the smallest distance to the target that both reach. A detour is the length of a path [m] beyond
+the distance by which it comes closer to the target.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ from socnav_env.trajectories.trajectory import Trajectory
 
 
 def person_detour(trajectory: Trajectory, without_robot: Trajectory | None = None) -> float:
-    """[m] by which the path of a person who walks got longer than without the robot, on average (Francis et al.).
+    """[m] extra length of a walking person's path compared with no robot, on average (Francis et al.).
 
-    without_robot: the same episode without the robot, see `socnav_env.recording.files.rerun_without_robot`; NaN where
-        there is none, or nobody who walks
+    without_robot: the same episode without the robot, see `socnav_env.recording.replay.rerun_without_robot`; NaN if
+        there is none, or if nobody walks
     """
     return _mean_difference(trajectory, without_robot, 1)
 
 
 def person_delay(trajectory: Trajectory, without_robot: Trajectory | None = None) -> float:
-    """[s] that a person who walks took longer than without the robot, on average (Francis et al.).
+    """[s] extra time of a walking person compared with no robot, on average (Francis et al.).
 
     without_robot: as in `person_detour`
     """
@@ -48,7 +48,7 @@ def _mean_difference(trajectory: Trajectory, without_robot: Trajectory | None, c
 
 
 class _Walk:
-    """One person's way to one target.
+    """A person's path to one target.
 
     rows: (num_rows, 3) time [s], smallest distance to the target so far [m], and the sum of that distance and the
         path walked since the episode began [m], which grows with every metre that leads no closer
@@ -62,7 +62,7 @@ class _Walk:
         self.rows = np.column_stack([times, distances, path[start : end + 1] + distances])
 
     def taken_to(self, distance: float) -> FloatArray:
-        """(2,) time [s] and detour [m] from the start of the walk until this close to its target."""
+        """(2,) time [s] and detour [m] from the start of the walk until its target is `distance` [m] away."""
         reached = int(np.argmax(self.rows[:, 1] <= distance))
         row = self.rows[reached]
         if reached:
@@ -72,7 +72,7 @@ class _Walk:
 
 
 def _walks(trajectory: Trajectory, person: int) -> list[_Walk]:
-    """The walks of a person; targets[k] is where step k led to, so a walk begins in the row before its first step."""
+    """The walks of a person; targets[k] is the target of step k, so a walk begins in the row before its first step."""
     targets = trajectory.people_targets[1:, person]
     places = trajectory.people_poses[:, person, :2]
     path = np.concatenate([[0.0], np.hypot(*np.diff(places, axis=0).T).cumsum()])

@@ -1,4 +1,4 @@
-"""How the robot treated people who are occupied with each other or with something."""
+"""Measures of the robot's behaviour towards people who interact with each other or with objects."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ NEAR_INTERACTION = 0.4  # m, between the robot's surface and the line
 
 
 def interaction_crossings(trajectory: Trajectory) -> float:
-    """How many times the robot's centre crosses the line between two who interact (this project).
+    """Number of times the robot's centre crosses the line between two who interact (this project).
 
-    Every interaction counts: two who talk, two who walk together, a person and what they look at. Where a line
-    moves, it is the robot's path relative to it that crosses.
+    Every interaction counts: two who talk, two who walk together, a person and their object. If a line moves, the
+    robot's path relative to the line counts.
     """
     along, beside, lengths = _relative_to_lines(trajectory)
     sides = np.sign(beside)
-    for row in np.flatnonzero((sides[1:] == 0).any(axis=1)) + 1:  # who stands on a line has not crossed it yet
+    for row in np.flatnonzero((sides[1:] == 0).any(axis=1)) + 1:  # a robot on a line has not crossed it yet
         sides[row] = np.where(sides[row] == 0, sides[row - 1], sides[row])
     present = trajectory.interactions.present
     crossed = (sides[:-1] * sides[1:] < 0) & present[:-1] & present[1:]
@@ -45,8 +45,8 @@ def interaction_time(trajectory: Trajectory) -> float:
 def group_intrusion(trajectory: Trajectory) -> float:
     """[% of time] with the robot's centre inside the circle through a standing group (HuNavSim).
 
-    The members of a group are linked by conversations of two, who stand. Its circle lies around their mean place and
-    its radius is their mean distance from there: two who talk stand at the ends of its diameter.
+    A group is people who stand and are linked by conversations. The circle is centred at their mean position and its
+    radius is their mean distance from there: two who talk stand at the ends of its diameter.
     """
     intruding = np.zeros(len(trajectory) + 1, dtype=np.bool_)
     changes = trajectory.interaction_changes
@@ -60,9 +60,9 @@ def group_intrusion(trajectory: Trajectory) -> float:
 
 
 def _relative_to_lines(trajectory: Trajectory) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Where the robot is relative to each interaction's line, in each row: (n + 1, num_interactions) three times.
+    """The robot's position relative to each interaction's line, in each row: three times (n + 1, num_interactions).
 
-    Returns how far along the line from its first end, how far to its left, and the line's length [m].
+    Returns the distance along the line from its first end, the distance to its left, and the line's length [m].
     """
     rows = len(trajectory.people_poses)
     objects = np.broadcast_to(trajectory.layout.object_poses[:, :2], (rows, trajectory.layout.num_objects, 2))
@@ -74,7 +74,7 @@ def _relative_to_lines(trajectory: Trajectory) -> tuple[FloatArray, FloatArray, 
     offsets = trajectory.robot_poses[:, None, :2] - ends[:, :, 0]
     along = (offsets * directions).sum(axis=2)
     beside = directions[..., 0] * offsets[..., 1] - directions[..., 1] * offsets[..., 0]
-    # Two at one place have no line to cross, but a distance.
+    # Two at the same place have no line to cross, but a distance.
     return along, np.where(lengths == 0, _lengths(offsets), beside), lengths
 
 

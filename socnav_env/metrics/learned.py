@@ -1,4 +1,4 @@
-"""What a reward model thought of the episode. Which one it was, the report has to say."""
+"""Scores that a reward model gave the episode. A report must name the model."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from reward_model.base.arrays import FloatArray
 from socnav_env.metrics.statistics import extreme, mean
 from socnav_env.trajectories.trajectory import Trajectory
 
-ACCEPTABLE_SCORE = 0.4  # what raters were told to give where a robot is just acceptable
+ACCEPTABLE_SCORE = 0.4  # score of a robot that is just acceptable, in the raters' instructions
 
 
 def q1_mean(trajectory: Trajectory) -> float:
-    """Learned Q1, on average over the steps (Bachiller et al. 2021)."""
+    """Mean learned Q1 over the steps (Bachiller et al. 2021)."""
     return mean(trajectory.scores[:, 0])
 
 
 def q1_minimum(trajectory: Trajectory) -> float:
-    """Learned Q1 of the worst step (Bachiller et al. 2021)."""
+    """Minimum learned Q1 over the steps (Bachiller et al. 2021)."""
     return extreme(np.min, trajectory.scores[:, 0])
 
 
@@ -27,12 +27,12 @@ def q1_share_below_acceptable(trajectory: Trajectory) -> float:
 
 
 def q2_mean(trajectory: Trajectory) -> float:
-    """Learned Q2, on average over the steps (Bachiller et al. 2021)."""
+    """Mean learned Q2 over the steps (Bachiller et al. 2021)."""
     return mean(trajectory.scores[:, 1])
 
 
 def q2_minimum(trajectory: Trajectory) -> float:
-    """Learned Q2 of the worst step (Bachiller et al. 2021)."""
+    """Minimum learned Q2 over the steps (Bachiller et al. 2021)."""
     return extreme(np.min, trajectory.scores[:, 1])
 
 
@@ -42,5 +42,5 @@ def q2_share_below_acceptable(trajectory: Trajectory) -> float:
 
 
 def _share_below_acceptable(scores: FloatArray) -> float:
-    """Unjudged steps make the share unknown, not small."""
+    """Share of scores below 0.4; NaN if a step has no score, since the share is then unknown."""
     return np.nan if np.isnan(scores).any() else mean(scores < ACCEPTABLE_SCORE)

@@ -1,4 +1,4 @@
-"""How an episode ended, how long it took and how much longer than it had to."""
+"""Measures of the outcome, the duration and the path of an episode."""
 
 from __future__ import annotations
 
@@ -36,21 +36,21 @@ def collision_wall(trajectory: Trajectory) -> float:
 
 
 def time_to_goal(trajectory: Trajectory) -> float:
-    """[s] of an episode that succeeded (CrowdNav)."""
+    """[s] duration of a successful episode (CrowdNav)."""
     return _duration(trajectory) if trajectory.outcome is Outcome.ARRIVED else np.nan
 
 
 def path_length(trajectory: Trajectory) -> float:
-    """[m] driven in an episode that succeeded (CrowdNav)."""
+    """[m] driven in a successful episode (CrowdNav)."""
     return _driven(trajectory) if trajectory.outcome is Outcome.ARRIVED else np.nan
 
 
 def spl(trajectory: Trajectory) -> float:
     """Success weighted by path length, S * L / max(P, L), 0..1 (Anderson et al. 2018, eq. 1).
 
-    P is the length driven and L that of the shortest way from the start to the goal on which the robot touches no
-    wall and no object, see `shortest_way`. Where there is no such way the measure is NaN, and where the robot did
-    not succeed, 0.
+    P is the length driven and L the length of the shortest path from the start to the goal on which the robot touches
+    no wall and no object, see `shortest_way`. The measure is NaN if there is no such path, and 0 if the robot did not
+    succeed.
     """
     if trajectory.outcome is not Outcome.ARRIVED:
         return success(trajectory)
@@ -61,7 +61,7 @@ def spl(trajectory: Trajectory) -> float:
 def stl(trajectory: Trajectory) -> float:
     """Success weighted by time, S * T* / max(T, T*), 0..1 (Francis et al. 2023).
 
-    T is the time taken and T* the shortest way's length, as in `spl`, at the robot's top speed.
+    T is the time taken and T* the length of the shortest path, as in `spl`, divided by the robot's top speed.
     """
     if trajectory.outcome is not Outcome.ARRIVED:
         return success(trajectory)
@@ -70,7 +70,7 @@ def stl(trajectory: Trajectory) -> float:
 
 
 def shortest_way(trajectory: Trajectory) -> float:
-    """[m] from the start to the goal's centre past walls and objects; NaN where there is no way.
+    """[m] shortest path from the start to the goal's centre past walls and objects; NaN if there is no path.
 
     People are not part of the static map, not even those who stand.
     """

@@ -1,4 +1,4 @@
-"""How the robot treated the people around it."""
+"""Measures of the robot's behaviour towards people."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ LOOK_AHEAD = 1.0  # s, of a person's path that the robot should stay out of
 
 
 def min_person_distance(trajectory: Trajectory) -> float:
-    """[m] to the closest person at the closest moment (HuNavSim)."""
+    """[m] minimum distance to a person (HuNavSim)."""
     return finite(np.min(trajectory.person_clearances, initial=np.inf))
 
 
 def mean_min_person_distance(trajectory: Trajectory) -> float:
-    """[m] to the closest person of each step, on average (HuNavSim)."""
+    """[m] distance to the closest person, on average over the steps (HuNavSim)."""
     return finite(mean(trajectory.person_clearances))
 
 
@@ -46,7 +46,7 @@ def discomfort_rate(trajectory: Trajectory) -> float:
 
 
 def discomfort_distance(trajectory: Trajectory) -> float:
-    """[m] to the closest person, on average over the steps with one within 0.2 m (CrowdNav)."""
+    """[m] distance to the closest person, on average over the steps with one within 0.2 m (CrowdNav)."""
     clearances = trajectory.person_clearances
     return mean(clearances[clearances < DISCOMFORT_DISTANCE])
 
@@ -54,21 +54,21 @@ def discomfort_distance(trajectory: Trajectory) -> float:
 def intrusion_ratio(trajectory: Trajectory) -> float:
     """Share of steps in which the robot is in a person's way (CrowdNav++, Liu et al. 2023).
 
-    It is, where its body overlaps with what the person's body will sweep in the next second, going on straight at
-    their velocity.
+    The robot is in the way if its body overlaps the area that the person's body sweeps in the next second at
+    constant velocity.
     """
     return mean(_in_the_way(trajectory))
 
 
 def intrusion_distance(trajectory: Trajectory) -> float:
-    """[m] to the closest person, on average over the steps of `intrusion_ratio` (CrowdNav++)."""
+    """[m] distance to the closest person, on average over the steps of `intrusion_ratio` (CrowdNav++)."""
     return mean(trajectory.person_clearances[_in_the_way(trajectory)])
 
 
 def min_time_to_collision(trajectory: Trajectory) -> float:
-    """[s] until the robot and a person would touch, going on straight, at the worst moment (Francis et al. 2023).
+    """[s] minimum time until the robot and a person would touch at constant velocity (Francis et al. 2023).
 
-    Both keep their velocities over ground. NaN if they were never on a way to touch.
+    Velocities are over ground. NaN if they were never on a collision course.
     """
     offsets = trajectory.people_poses[1:, :, :2] - trajectory.robot_poses[1:, None, :2]
     moves = trajectory.people_velocities[1:, :, :2] - trajectory.robot_velocities[1:, None, :2]

@@ -1,4 +1,4 @@
-"""What the agent sees: a class per kind, each with `space()` and `observe()`, and a registry.
+"""Observations: one class per kind, each with `space()` and `observe()`, and a registry.
 
 Everything is in the robot's frame (x forward, y left, counter-clockwise, SI units) and clipped to its box.
 """
@@ -44,7 +44,7 @@ OBSERVATIONS: dict[str, Callable[[EnvConfig], AnyObservation]] = {
 def make_observation(observation: str | AnyObservation, config: EnvConfig) -> AnyObservation:
     """Return the observation of this name, or the given one if it is an `Observation` already.
 
-    Raises `ValueError` for a name that nobody goes by and for an object that is not an observation.
+    Raises `ValueError` for an unknown name and for an object that is not an observation.
     """
     if isinstance(observation, str):
         if observation not in OBSERVATIONS:

@@ -1,4 +1,4 @@
-"""What an observation is, and what the kinds of observation share."""
+"""The protocols of observations, and helpers that the kinds of observation share."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from socnav_env.config import EnvConfig, RoomConfig
     from socnav_env.simulation.world import World
 
-Bounds = list[tuple[float, float]]  # least and most of each number
+Bounds = list[tuple[float, float]]  # minimum and maximum of each number
 
 MAX_SPEED = 5.0  # m/s, bound of the box; nobody in a room is faster
 MAX_TURN_RATE = 4 * math.pi  # rad/s, likewise
@@ -29,47 +29,47 @@ ROBOT: Bounds = MOTION + SHARE  # speeds, turn rate, share of the time that is l
 
 @runtime_checkable
 class Observation(Protocol):
-    """What a kind of observation has to offer."""
+    """The protocol of a kind of observation."""
 
     def space(self) -> spaces.Space[Any]:
-        """Return the space that all observations lie in."""
+        """Return the space that contains all observations."""
 
     def observe(self, world: World, time_left: float) -> Any:
-        """Return what the robot sees now, in memory of its own. time_left: share of the episode's time, 0..1."""
+        """Return the current observation in new arrays. time_left: share of the episode's time, 0..1."""
 
 
 @runtime_checkable
 class RowObservation(Observation, Protocol):
-    """An observation that is a fixed number of numbers, which vector environments have written in place."""
+    """An observation with a fixed number of values, which vector environments write in place."""
 
     @property
     def size(self) -> int:
-        """How many numbers."""
+        """The number of values."""
 
     def write(self, world: World, time_left: float, row: Float32Array) -> None:
-        """Write what the robot sees now into `row`, (size,), all of it."""
+        """Write the current observation into `row`, (size,), all of it."""
 
     def unpack(self, rows: Float32Array) -> Any:
-        """Return, in memory of its own, what was written to one row (size,) or to many, (n, size)."""
+        """Return the observations in one row (size,) or in many, (n, size), in new arrays."""
 
 
 @runtime_checkable
 class WindowObservation(Protocol):
-    """A kind of observation that also reads the frames that the last second is judged by."""
+    """A kind of observation that also reads the frames scored for the last second."""
 
     def space(self) -> spaces.Space[Any]:
-        """Return the space that all observations lie in."""
+        """Return the space that contains all observations."""
 
     def observe_window(self, world: World, time_left: float, window: Sequence[FrameGraph]) -> Any:
-        """Return what the robot sees now, in memory of its own. window: one to three frames, newest first."""
+        """Return the current observation in new arrays. window: one to three frames, newest first."""
 
 
 class Parts:
-    """Named parts of a row of numbers, and the boxes that they lie in.
+    """Named parts of a row of numbers, and their bounds.
 
-    bounds: by name, the least and the most of each number
-    starts: (num_parts,) where each part begins
-    size: of the whole row
+    bounds: minimum and maximum of each number, by name of the part
+    starts: (num_parts,) index at which each part begins
+    size: length of the whole row
     """
 
     def __init__(self, bounds: Mapping[str, Bounds]) -> None:
@@ -82,28 +82,28 @@ class Parts:
         self.slices = {name: slice(*pair) for name, pair in places if pair[1] > pair[0]}
 
     def space(self) -> spaces.Dict:
-        """Return a box for each part; one without numbers has none."""
+        """Return a box for each part; a part without numbers has none."""
         return spaces.Dict(
             {name: spaces.Box(self.low[part], self.high[part], dtype=np.float32) for name, part in self.slices.items()}
         )
 
     def split(self, rows: Float32Array) -> dict[str, Float32Array]:
-        """Return the parts of one row (size,) or of many, (n, size), in their memory."""
+        """Return the parts of one row (size,) or of many, (n, size), as views."""
         return {name: rows[..., part] for name, part in self.slices.items()}
 
     def clip(self, row: Float32Array) -> None:
-        """Bring numbers that are beyond their bounds to them."""
+        """Clip the numbers to their bounds, in place."""
         _clip(row, self.low, self.high)
 
 
 def longest_sight(room: RoomConfig) -> float:
-    """[m] no two points of a room that the config allows are further apart."""
+    """Maximum distance [m] between two points of a room that the config allows."""
     side = max(room.square_side[1], room.rectangle_side[1], 3 * room.l_unit[1])
     return math.sqrt(2) * side
 
 
 def place_bounds(config: EnvConfig) -> Bounds:
-    """Of x and y in the robot's frame [m]."""
+    """Bounds of x and y in the robot's frame [m]."""
     sight = longest_sight(config.room)
     return [(-sight, sight)] * 2
 

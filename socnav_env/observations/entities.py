@@ -86,15 +86,15 @@ class EntitiesObservation:
     robot (4,): forward speed [m/s], speed to the left [m/s], turn rate [rad/s], share of the time that is left
     goal (2,): x, y [m]
     people (max_people * 8,): rows of x, y, cos heading, sin heading, vx, vy (over ground, along the robot's axes),
-        turn rate, 1 for somebody who interacts
+            turn rate, 1 for a person who interacts
     objects (max_objects * 6,): rows of x, y, cos heading, sin heading, width, depth
     walls (max_walls * 4,): rows of x1, y1, x2, y2
     interactions (max_interactions * 4,): rows of x1, y1, x2, y2 of the two who interact
     people_mask, objects_mask, walls_mask, interactions_mask: 1 where there is a row, 0 where the row is all zeros
 
-    Rows reshape to (-1, ENTITY_WIDTHS[name]). There are as many as the config can ask for; of more than that (in a
-    layout from elsewhere) the nearest are seen, of lines those with the nearest points. `SensorConfig` says how many
-    walls there are, and can limit what is seen.
+    Rows reshape to (-1, ENTITY_WIDTHS[name]). Their number is the maximum that the config allows; of more than that (in
+    a layout from elsewhere) the nearest are observed, of lines those with the nearest points. `SensorConfig` sets the
+    number of walls and can limit what is observed.
     """
 
     def __init__(self, config: EnvConfig) -> None:
@@ -114,7 +114,7 @@ class EntitiesObservation:
         return self._parts.space()
 
     def observe(self, world: World, time_left: float) -> dict[str, Float32Array]:
-        """Return the boxes' values, in memory of their own."""
+        """Return the boxes' values in new arrays."""
         row = np.empty(self.size, dtype=np.float32)
         self.write(world, time_left, row)
         return self._parts.split(row)
@@ -124,5 +124,5 @@ class EntitiesObservation:
         self._rows.write(world, time_left, row)
 
     def unpack(self, rows: Float32Array) -> dict[str, Float32Array]:
-        """Return the boxes' values, of one row or of many, in memory of their own."""
+        """Return the boxes' values, of one row or of many, in new arrays."""
         return {name: values.copy() for name, values in self._parts.split(rows).items()}

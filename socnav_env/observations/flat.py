@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 
 
 class FlatObservation:
-    """One float32 box, whose parts stand one after the other; `slices` says where.
+    """One float32 box of consecutive parts; `slices` gives the place of each.
 
     robot (4,), goal (2,): as in `EntitiesObservation`
     people (nearest_people * 8,), people_mask (nearest_people,): rows as there, the nearest centre first
     objects (nearest_objects * 6,), objects_mask (nearest_objects,): likewise
     walls (max_walls * 4,), walls_mask (max_walls,): rows as there, the wall with the nearest point first
 
-    How many people and objects, and which limits their sight has, is in `SensorConfig`.
+    `SensorConfig` sets the numbers of people and objects and the limits of the sensors.
     """
 
     def __init__(self, config: EnvConfig) -> None:
@@ -41,15 +41,15 @@ class FlatObservation:
         return spaces.Box(self._parts.low, self._parts.high, dtype=np.float32)
 
     def observe(self, world: World, time_left: float) -> Float32Array:
-        """Return the box's values, in memory of their own."""
+        """Return the box's values in a new array."""
         row = np.empty(self.size, dtype=np.float32)
         self.write(world, time_left, row)
         return row
 
     def write(self, world: World, time_left: float, row: Float32Array) -> None:
-        """Write the box's values."""
+        """Write the box's values into `row`."""
         self._rows.write(world, time_left, row)
 
     def unpack(self, rows: Float32Array) -> Float32Array:
-        """Return the values of one row or of many, in memory of their own."""
+        """Return the values of one row or of many, in a new array."""
         return rows.copy()

@@ -1,4 +1,4 @@
-"""The observation `graph`: what the reward model reads, so that an agent can read it too."""
+"""The observation `graph`: the reward model's input, as an agent's observation."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from socnav_env.config import EnvConfig, RoomConfig
     from socnav_env.simulation.world import World
 
-WALL_LINKS: Final = 10  # wall segments that are near a person, more than there are in any room
-BOUND: Final = 100.0  # no feature and no length comes near it
+WALL_LINKS: Final = 10  # wall segments near a person, more than in any room
+BOUND: Final = 100.0  # far above every feature and length
 WALL_RELATIONS: Final = (Relation.PERSON_WALL, Relation.WALL_PERSON)
 
 
@@ -31,12 +31,12 @@ class GraphObservation:
     nodes (capacity * 42,): rows of features as `reward_model.graph` has them, the newest frame's room node first
     nodes_mask (capacity,): 1 where there is a node
     sources, targets (capacity,): rows of `nodes` that an edge joins; relations: of `Relation`; lengths: as the network
-        sees them. Every edge is written out, those to the room, to itself and through time included.
+        reads them. All edges are included, also those to the room, to the node itself and through time.
     edges_mask (capacity,): 1 where there is an edge
     robot (4,): as in `EntitiesObservation`
 
     Capacities follow from the config: `max_nodes` of a frame and `max_links` between its people, objects and walls.
-    In a layout from elsewhere that has more, the nearest nodes and the shortest links are seen.
+    In a layout from elsewhere that has more, the nearest nodes and the shortest links are observed.
     """
 
     def __init__(self, config: EnvConfig) -> None:
@@ -65,7 +65,7 @@ class GraphObservation:
         return self._parts.space()
 
     def observe_window(self, world: World, time_left: float, window: Sequence[FrameGraph]) -> dict[str, Float32Array]:
-        """Return the boxes' values, in memory of their own."""
+        """Return the boxes' values in new arrays."""
         graph = scene_graph(fitted_frames(window, self.max_nodes, self.max_links))
         row = np.zeros(self._parts.size, dtype=np.float32)
         parts = self._parts.split(row)
@@ -80,7 +80,7 @@ class GraphObservation:
 
 
 def most_segments(room: RoomConfig) -> int:
-    """How many segments the walls of a room that the config allows are cut into, at most."""
+    """The maximum number of wall segments in a room that the config allows."""
     sides = [[float(side)] * 4 for side in (room.square_side[1], room.rectangle_side[1])]
     sides.append([float(room.l_unit[1] * units) for units in (3, 3, 2, 2, 1, 1)])
     walls = [np.array([[0.0, 0.0, length, 0.0] for length in lengths]) for lengths in sides]
@@ -88,7 +88,7 @@ def most_segments(room: RoomConfig) -> int:
 
 
 def fitted_frames(window: Sequence[FrameGraph], max_nodes: int, max_links: int) -> list[FrameGraph]:
-    """The frames of a window, newest first, with no more nodes and links each than there is room for."""
+    """The frames of a window, newest first, each with at most `max_nodes` nodes and `max_links` links."""
     frames = list(window)
     if max(len(frame) for frame in frames) > max_nodes:
         newest = window[0].arrays
@@ -99,7 +99,7 @@ def fitted_frames(window: Sequence[FrameGraph], max_nodes: int, max_links: int) 
 
 
 def _with_nodes(frame: FrameGraph, keys: IntArray) -> FrameGraph:
-    """The nodes that have one of the keys, and the links among them."""
+    """The frame with only the nodes that have one of the keys, and the links among them."""
     arrays = frame.arrays
     kept = np.isin(arrays.keys, keys)
     new_index = (np.cumsum(kept) - 1).astype(np.int32)
@@ -117,7 +117,7 @@ def _with_nodes(frame: FrameGraph, keys: IntArray) -> FrameGraph:
 
 
 def _with_links(frame: FrameGraph, max_links: int) -> FrameGraph:
-    """All interactions, then the shortest links between people and walls."""
+    """The frame with at most `max_links` links: all interactions, then the shortest ones between people and walls."""
     arrays = frame.arrays
     walls = np.isin(arrays.link_relations, WALL_RELATIONS)
     order = np.lexsort((arrays.link_lengths, walls))

@@ -1,4 +1,4 @@
-"""The observation `lidar`: how far it is to the first thing in every direction."""
+"""The observation `lidar`: distances measured by a laser scanner."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class LidarObservation:
 
     robot (4,), goal (2,): as in `EntitiesObservation`
     lidar (lidar_beams,): [m] to the first person, object or wall, at most `lidar_range`. The beams are spread evenly
-        over `field_of_view`, from the robot's right to its left; of n beams the first stands half of an n-th inside of
+        over `field_of_view`, from the robot's right to its left; of n beams the first is 1 / (2 n) of the field inside
         its edge. `beams` has their angles from the heading [rad].
 
     See `SensorConfig` for these numbers.
@@ -41,7 +41,7 @@ class LidarObservation:
         return self._parts.space()
 
     def observe(self, world: World, time_left: float) -> dict[str, Float32Array]:
-        """Return the boxes' values, in memory of their own."""
+        """Return the boxes' values in new arrays."""
         row = np.empty(self.size, dtype=np.float32)
         self.write(world, time_left, row)
         return self._parts.split(row)
@@ -55,5 +55,5 @@ class LidarObservation:
         self._parts.clip(row)
 
     def unpack(self, rows: Float32Array) -> dict[str, Float32Array]:
-        """Return the boxes' values, of one row or of many, in memory of their own."""
+        """Return the boxes' values, of one row or of many, in new arrays."""
         return {name: values.copy() for name, values in self._parts.split(rows).items()}

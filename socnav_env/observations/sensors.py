@@ -1,4 +1,4 @@
-"""What the robot's sensors make of the world: who is in sight, and how exactly they are seen."""
+"""The robot's sensors: visibility of people and objects, and noise."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 
 class Sight(NamedTuple):
-    """People, objects and interactions as they are seen, in the world frame; see `Layout` and `World`.
+    """Observed people, objects and interactions, in the world frame; see `Layout` and `World`.
 
-    interaction_pairs: indices into those that are seen, people first
+    interaction_pairs: indices of observed entities, people first
     """
 
     people_poses: FloatArray
@@ -28,7 +28,7 @@ class Sight(NamedTuple):
 
 
 def look(world: World, sensors: SensorConfig) -> Sight:
-    """What is seen now. The same instant looks the same however often one looks."""
+    """The current observation. Repeated calls at the same time give the same result."""
     layout = world.layout
     sight = Sight(
         world.state.people_poses,
@@ -39,14 +39,14 @@ def look(world: World, sensors: SensorConfig) -> Sight:
     )
     seen = _in_view(world, sensors) if sensors.is_limited else None
     if sensors.is_noisy:
-        sight = _blurred(sight, sensors, noise_generator(world))
-    return sight if seen is None else _only(sight, seen)
+        sight = _with_noise(sight, sensors, noise_generator(world))
+    return sight if seen is None else _observed(sight, seen)
 
 
 def noise_generator(world: World) -> np.random.Generator:
-    """The random numbers of a look: they follow from the episode's random state and the time alone.
+    """A generator for sensor noise, which depends on the episode's random state and the time alone.
 
-    So nothing is taken from the generator that moves the world, and what happens does not depend on who looks.
+    The world's own generator is not used, so that the simulation does not depend on observations.
     """
     step = round((world.time + world.config.warm_up) / world.config.control_period)
     key = int(world.random_state["state"]["state"])
@@ -54,14 +54,14 @@ def noise_generator(world: World) -> np.random.Generator:
 
 
 def _in_view(world: World, sensors: SensorConfig) -> BoolArray:
-    """(num_people + num_objects,)."""
+    """(num_people + num_objects,) whether each is within the limits of the sensors."""
     places = np.concatenate([world.people_poses, world.layout.object_poses])
     longest = np.inf if sensors.max_range is None else sensors.max_range
     return in_view(world.robot_pose, places, sensors.field_of_view, longest, sensors.occlusion, *world.obstacles())
 
 
-def _blurred(sight: Sight, sensors: SensorConfig, random: np.random.Generator) -> Sight:
-    """The same with errors, for everyone whether in view or not: an error does not depend on who else is seen."""
+def _with_noise(sight: Sight, sensors: SensorConfig, random: np.random.Generator) -> Sight:
+    """Add noise to all entities, in view or not, so that an error does not depend on which others are observed."""
     pose_errors = np.array([sensors.position_noise, sensors.position_noise, sensors.heading_noise])
     velocity_errors = np.array([sensors.velocity_noise, sensors.velocity_noise, 0.0])
     people, objects = sight.people_poses, sight.object_poses
@@ -72,7 +72,7 @@ def _blurred(sight: Sight, sensors: SensorConfig, random: np.random.Generator) -
     )
 
 
-def _only(sight: Sight, seen: BoolArray) -> Sight:
+def _observed(sight: Sight, seen: BoolArray) -> Sight:
     people, objects = np.split(seen, [len(sight.people_poses)])
     pairs, new_index = sight.interaction_pairs, np.cumsum(seen) - 1
     return Sight(

@@ -1,4 +1,4 @@
-"""How people walk, with whom they interact, and where they go next.
+"""People: walking models, interactions and targets.
 
 May import `config`, `layout` and `geometry`.
 """

@@ -1,7 +1,7 @@
-"""What keeps people who walk together together, as kernels.
+"""Kernels that keep walking groups together.
 
-Places side by side are this project's own: forces alone leave two who walk one behind the other as they are. The
-forces are those of Moussaid et al., The walking behaviour of pedestrian social groups and its impact on crowd
+Places side by side are this project's own: under forces alone, two people who walk one behind the other stay so.
+The forces are those of Moussaid et al., The walking behaviour of pedestrian social groups and its impact on crowd
 dynamics, 2010.
 """
 
@@ -13,13 +13,13 @@ from reward_model.base.arrays import FloatArray, IntArray
 from reward_model.base.numba import njit
 from socnav_env.people.walkers import Habits
 
-HEAD_TURN_FREE = math.pi / 2  # rad to each side that are in view without slowing down for it (Moussaid et al. 2010)
-COHESION_REACH = 0.5  # m from the middle of the group that each companion makes acceptable (Moussaid et al. 2010)
+HEAD_TURN_FREE = math.pi / 2  # rad to each side in view without slowing down (Moussaid et al. 2010)
+COHESION_REACH = 0.5  # m of distance to the group's centre accepted for each companion (Moussaid et al. 2010)
 
 
 @njit
 def middle_of_group(walker: int, bodies: FloatArray, group: IntArray) -> tuple[float, float, int]:
-    """Where the middle of a walker's group is, and how many belong to it."""
+    """The centre x, y [m] of a walker's group, and the number of its members."""
     x, y, count = 0.0, 0.0, 0
     for other in range(len(group)):
         if group[other] == group[walker]:
@@ -31,7 +31,7 @@ def middle_of_group(walker: int, bodies: FloatArray, group: IntArray) -> tuple[f
 def place_in_group(
     walker: int, bodies: FloatArray, group: IntArray, spacing: float, way_x: float, way_y: float
 ) -> tuple[float, float]:
-    """How far a walker is from their place beside the others of the group, who walk towards (way_x, way_y)."""
+    """The offset [m] from a walker to their place beside the others of the group, which walks along (way_x, way_y)."""
     middle_x, middle_y, count = middle_of_group(walker, bodies, group)
     own = way_x * bodies[walker, 1] - way_y * bodies[walker, 0]
     rank = 0
@@ -47,7 +47,7 @@ def place_in_group(
 def group_force(
     walker: int, bodies: FloatArray, group: IntArray, spacing: float, habits: Habits
 ) -> tuple[float, float]:
-    """Acceleration of a walker towards where all of the group see each other, at arm's length [m/s^2]."""
+    """Acceleration of a walker by the group's gaze, cohesion and repulsion [m/s^2]."""
     middle_x, middle_y, count = middle_of_group(walker, bodies, group)
     x, y, heading, vx, vy, _ = bodies[walker]
     off_x, off_y = middle_x - x, middle_y - y

@@ -1,4 +1,4 @@
-"""Who interacts with whom, at the start of an episode and at any time of it."""
+"""Interactions among people and with objects, at the start and at any time of an episode."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ NO_CHANGES: IntArray = np.zeros((0, 4), dtype=np.int64)
 
 
 class InteractionPairs(NamedTuple):
-    """Who interacts now; see `Layout`."""
+    """The interactions at one moment; see `Layout`."""
 
     pairs: IntArray
     relations: tuple[str, ...]
 
 
 class InteractionHistory(NamedTuple):
-    """Who interacts at some time of an episode of n steps.
+    """All interactions of an episode of n steps.
 
-    pairs: (num_pairs, 2) and relations as `Layout` has them, each pair once
-    present: (n + 1, num_pairs) when, by rows of the trajectory
+    pairs: (num_pairs, 2) and relations as in `Layout`, each pair once
+    present: (n + 1, num_pairs) whether each pair interacts at each row of the trajectory
     """
 
     pairs: IntArray
@@ -33,12 +33,12 @@ class InteractionHistory(NamedTuple):
 
 
 def interactions_of(layout: Layout) -> InteractionPairs:
-    """Who interacts when the world is made."""
+    """The interactions when the world is created."""
     return InteractionPairs(layout.interaction_pairs, layout.interaction_relations)
 
 
 def changed(interactions: InteractionPairs, pair: list[int], begins: bool) -> InteractionPairs:
-    """Interactions in which two people, in rising order, have begun or ended to talk."""
+    """Interactions after two people, lower index first, have begun or ended to talk."""
     if begins:
         return InteractionPairs(np.vstack([interactions.pairs, pair]), (*interactions.relations, TALKING))
     talks = np.array([relation == TALKING for relation in interactions.relations], dtype=np.bool_)
@@ -48,7 +48,7 @@ def changed(interactions: InteractionPairs, pair: list[int], begins: bool) -> In
 
 
 def interactions_at(row: int, layout: Layout, changes: IntArray) -> InteractionPairs:
-    """Who interacts at a row of the trajectory; changes: (num_changes, 4), see `Trajectory`."""
+    """The interactions at a row of the trajectory; changes: (num_changes, 4), see `Trajectory`."""
     interactions = interactions_of(layout)
     for _, one, other, begins in changes[changes[:, 0] <= row].tolist():
         interactions = changed(interactions, [one, other], bool(begins))
@@ -56,7 +56,7 @@ def interactions_at(row: int, layout: Layout, changes: IntArray) -> InteractionP
 
 
 def history_of(layout: Layout, changes: IntArray, num_rows: int) -> InteractionHistory:
-    """Who interacts when, in a trajectory of so many rows; changes: (num_changes, 4), see `Trajectory`."""
+    """The interactions at each of `num_rows` rows of a trajectory; changes: (num_changes, 4), see `Trajectory`."""
     pairs, relations = layout.interaction_pairs.tolist(), list(layout.interaction_relations)
     present = [np.ones(num_rows, dtype=np.bool_) for _ in pairs]
     talks = {tuple(sorted(pair)): index for index, pair in enumerate(pairs) if relations[index] == TALKING}
@@ -72,12 +72,12 @@ def history_of(layout: Layout, changes: IntArray, num_rows: int) -> InteractionH
 
 
 def standing_groups(layout: Layout) -> list[list[int]]:
-    """Who stands together: the people that conversations link, directly or through others, in rising order."""
+    """Groups of people linked by conversations, directly or through others, each in ascending order."""
     return linked_groups(interactions_of(layout))
 
 
 def linked_groups(interactions: InteractionPairs) -> list[list[int]]:
-    """Likewise, of interactions."""
+    """Groups as in `standing_groups`, of given interactions."""
     groups: list[set[int]] = []
     for pair, relation in zip(interactions.pairs.tolist(), interactions.relations, strict=True):
         if relation == TALKING:
@@ -88,14 +88,14 @@ def linked_groups(interactions: InteractionPairs) -> list[list[int]]:
 
 
 def occupied(layout: Layout) -> BoolArray:
-    """(num_people,) who interacts with anyone or anything."""
+    """(num_people,) whether each person interacts with anyone or anything."""
     busy = np.zeros(layout.num_people + layout.num_objects, dtype=np.bool_)
     busy[layout.interaction_pairs.ravel()] = True
     return np.asarray(busy[: layout.num_people])
 
 
 def talking(layout: Layout) -> BoolArray:
-    """(num_people,) who talks with anyone."""
+    """(num_people,) whether each person talks with anyone."""
     talks = np.zeros(layout.num_people, dtype=np.bool_)
     talks[[person for group in standing_groups(layout) for person in group]] = True
     return talks
@@ -104,7 +104,7 @@ def talking(layout: Layout) -> BoolArray:
 def circles_of(interactions: InteractionPairs, people_poses: FloatArray) -> FloatArray:
     """(num_circles, 3) x, y, radius [m] of the circles in which three or more people talk.
 
-    people_poses: (num_people, 2 or more) where they are
+    people_poses: (num_people, 2 or more) x, y [m] first
     """
     circles = []
     for group in linked_groups(interactions):

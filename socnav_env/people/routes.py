@@ -1,4 +1,4 @@
-"""Where people go whom a scenario gives a route: from place to place, and what then."""
+"""Routes of people in scenarios: one place after the other, then the ending."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from socnav_env.people.walkers import Walkers
 
 
 class Routes:
-    """Hands out the targets of the walkers who have a route; the others, and who has ended it, choose their own.
+    """Sets the targets of walkers with a route; walkers without one, or at its end, choose their own.
 
-    A group walks as one: its members have the same route, and its middle is what arrives. Nobody on a route gives
-    up a place because the way is blocked.
+    The members of a group have the same route, and a place is reached when the group's centre arrives. Walkers on a
+    route do not give up a place because the way is blocked.
 
     script: of the episode
-    walks: (num_people,) who walks; rows of everything else here are walkers
+    walks: (num_people,) whether each person walks; all other arrays here have one row per walker
     """
 
     def __init__(self, script: Script, walks: BoolArray) -> None:
@@ -44,7 +44,7 @@ class Routes:
             walkers.blocked[walker] = 0.0
 
     def _go_on(self, walker: int, middle: FloatArray) -> None:
-        """Move on to the next place where this one has been reached; only the last one is walked up to."""
+        """Move on to the next place once this one is near; only the last one is walked up to."""
         place, last = self._places[walker], self._lengths[walker] - 1
         ending = self._endings[walker]
         reach = ARRIVED if place == last and ending != Ending.REPEAT else SLOW_DOWN

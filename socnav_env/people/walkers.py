@@ -1,4 +1,4 @@
-"""The people who walk, and what the kernels need to know of the configuration, as plain arrays and numbers."""
+"""The people who walk, and the configuration values that the kernels need, as plain arrays and numbers."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from socnav_env.config import PeopleConfig
 
 
 class Surroundings(NamedTuple):
-    """What does not move, as `geometry` has it."""
+    """Static obstacles, in the arrays that `geometry` takes."""
 
     walls: FloatArray
-    discs: FloatArray  # people who stand
+    discs: FloatArray  # standing people
     boxes: FloatArray
 
 
 class Walkers(NamedTuple):
-    """The people who walk; each array has a row for each of them.
+    """The people who walk; each array has one row per walker.
 
-    speed: [m/s] desired, in a group the slowest member's
-    group: walkers with the same number walk together; everyone has one
+    speed: [m/s] desired speed; in a group that of the slowest member
+    group: walkers with the same number walk together; every walker has a number
     spacing: [m] between neighbours in the group
-    target: (num_walkers, 2) where to, in a group the same for all
+    target: (num_walkers, 2) [m] target position, the same for all members of a group
     time_left: [s] until the next target is picked
-    blocked: [s] without getting on
-    facing: [rad] heading to turn to where they stand; NaN: none
+    blocked: [s] time without progress
+    facing: [rad] heading that a standing walker turns to; NaN: none
     """
 
     speed: FloatArray
@@ -41,10 +41,10 @@ class Walkers(NamedTuple):
 
 
 class Habits(NamedTuple):
-    """The numbers of `PeopleConfig` that the kernels need.
+    """The values of `PeopleConfig` that the kernels need.
 
     half_view: [rad] of the field of view to each side
-    group_*: of `GroupConfig`
+    group_*: values of `GroupConfig`
     """
 
     radius: float
@@ -65,7 +65,7 @@ class Habits(NamedTuple):
 
 
 def habits_of(people: PeopleConfig) -> Habits:
-    """The part of the configuration that is needed at every physics step."""
+    """The configuration values needed at every physics step."""
     group = people.group
     return Habits(
         radius=float(people.radius),
@@ -87,7 +87,7 @@ def habits_of(people: PeopleConfig) -> Habits:
 
 
 def in_need_of_target(walkers: Walkers, patience: float) -> BoolArray:
-    """Which walkers have had their target for long enough, or are blocked on the way. Returns (num_walkers,)."""
+    """Whether each walker has had its target for long enough, or is blocked. Returns (num_walkers,)."""
     return (walkers.time_left <= 0.0) | (walkers.blocked > patience)
 
 
@@ -97,7 +97,7 @@ def sample_speeds(people: PeopleConfig, count: int, rng: np.random.Generator) ->
 
 
 def walkers_of(poses: FloatArray, groups: IntArray, people: PeopleConfig, rng: np.random.Generator) -> Walkers:
-    """Walkers at the beginning, in need of a target.
+    """The walkers at the start of an episode, which need a target.
 
     poses: (num_walkers, 3)
     groups: (num_walkers,) people with the same number walk together, as far apart as they are now; -1: alone

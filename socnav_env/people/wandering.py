@@ -1,4 +1,4 @@
-"""Where those go who wander: places of their own choice, one after the other."""
+"""Targets of people who wander: random free places, one after the other."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from socnav_env.people.social_force import first_in_sight
 from socnav_env.people.walkers import Surroundings, Walkers
 
 TARGET_CANDIDATES = 32
-TARGET_SPREAD = 0.25  # share of the interval between targets by which it varies
-MIN_WALK = 1.0  # m to a new target, at least
-MOST_MARGIN = 0.5  # m besides the clearance that a wide group asks for; narrower than that it squeezes through
+TARGET_SPREAD = 0.25  # relative variation of the interval between targets
+MIN_WALK = 1.0  # m, minimum distance to a new target
+MOST_MARGIN = 0.5  # m, limit of a group's half width in the clearance of targets; a wider group squeezes through
 
 
 def pick_targets(
@@ -25,10 +25,10 @@ def pick_targets(
     config: EnvConfig,
     rng: np.random.Generator,
 ) -> None:
-    """Give new targets to the groups of those who need one; whoever finds none waits and looks again.
+    """Give a new target to each group in need of one; a group that finds none waits and tries again.
 
-    needed: (num_walkers,); places: (num_walkers, 2) [m] where they are
-    around: what they can neither go to nor through
+    needed: (num_walkers,); places: (num_walkers, 2) [m] their positions
+    around: obstacles, which targets and the ways to them must avoid
     """
     people = config.people
     for group in np.unique(walkers.group[needed]):
@@ -52,7 +52,7 @@ def _sample_target(
     config: EnvConfig,
     rng: np.random.Generator,
 ) -> FloatArray | None:
-    """A free place in sight of `start` and off the goal; None where none was found."""
+    """A free place in sight of `start` and away from the goal; None if none was found."""
     lower, upper = layout.room.corners.min(axis=0), layout.room.corners.max(axis=0)
     places = rng.uniform(lower, upper, (TARGET_CANDIDATES, 2))
     far = np.hypot(*(places - start).T) >= MIN_WALK

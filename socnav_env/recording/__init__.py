@@ -1,4 +1,4 @@
-"""Episodes on disk: recorded, read again, replayed bit for bit, measured, drawn.
+"""Episodes on disk: recording, reading, bit-exact replay, measurement and drawing.
 
 May import `env` and what that is built of.
 """

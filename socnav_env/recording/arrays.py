@@ -1,4 +1,4 @@
-"""The arrays of a recording: which there are, and what is checked when they are read."""
+"""The arrays of a recording: their types and shapes, and the checks on reading."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ FORMAT: Final = "socnav2-trajectory"
 Arrays = dict[str, NDArray[Any]]
 Shape = tuple[int | str, ...]
 
-# Dtype and shape; a letter stands for the same size wherever it appears, "rows" for one more than "steps",
-# "told_rows" for one more than "told".
+# Dtype and shape; a name stands for the same size wherever it appears, "rows" for one more than "steps",
+# "told_rows" for one more than "told", the number of control periods in the script's warm-up.
 LAYOUT_ARRAYS: Final[dict[str, tuple[str, Shape]]] = {
     "corners": ("float64", ("corners", 2)),
     "start": ("float64", (3,)),
@@ -57,7 +57,7 @@ SCRIPT_ARRAYS: Final[dict[str, tuple[str, Shape]]] = {  # only in recordings of 
 CHANGE_ARRAYS: Final[dict[str, tuple[str, Shape]]] = {  # only where people joined or left a conversation
     "interaction_changes": ("int64", ("changes", 4)),
 }
-# What NumPy and zipfile raise for damaged files: wrong sums, sizes, names, unknown kinds of compression.
+# Errors that NumPy and zipfile raise for damaged files: wrong checksums, sizes, names, unknown compression.
 DAMAGE: Final = (
     ValueError,
     OSError,
@@ -70,9 +70,9 @@ DAMAGE: Final = (
     zipfile.BadZipFile,
     zlib.error,
 )
-LONGEST_COMPLAINT: Final = 100  # characters of what NumPy or zipfile say, which may quote the damage
+LONGEST_COMPLAINT: Final = 100  # characters of the message of NumPy or zipfile, which may quote the damage
 MAY_BE_NAN: Final = ("scores", "script_speeds", "script_routes")
-SCRIPT: Final = "script_"  # what the names of a script's arrays begin with
+SCRIPT: Final = "script_"  # prefix of the names of a script's arrays
 
 
 class RecordingError(ValueError):
@@ -80,7 +80,7 @@ class RecordingError(ValueError):
 
 
 def arrays_of(trajectory: Trajectory) -> Arrays:
-    """What is written of an episode, besides its header."""
+    """The arrays written for an episode, besides its header."""
     layout = trajectory.layout
     arrays: Arrays = {
         "corners": layout.room.corners,
@@ -98,7 +98,7 @@ def arrays_of(trajectory: Trajectory) -> Arrays:
 def read_arrays(content: bytes, place: str) -> Arrays:
     """Read all arrays of a file.
 
-    Raises `RecordingError` where it is no .npz file, is damaged, or an array could only be had by unpickling.
+    Raises `RecordingError` where it is no .npz file, is damaged, or has an array that needs unpickling.
     """
     if not zipfile.is_zipfile(io.BytesIO(content)):
         raise RecordingError(f"{place}: must be a whole .npz file, it is none or its end is missing")
@@ -115,7 +115,7 @@ def read_arrays(content: bytes, place: str) -> Arrays:
 
 
 def layout_of(arrays: Arrays, relations: object, place: str) -> Layout:
-    """The layout in a recording's arrays; `RecordingError` where they break a rule."""
+    """The layout in a recording's arrays; raises `RecordingError` where they break a rule."""
     _check(arrays, place)
     pairs, most = arrays["interaction_pairs"], len(arrays["people_start"]) + len(arrays["object_poses"]) - 1
     if not (isinstance(relations, list) and all(isinstance(each, str) for each in relations)):
@@ -139,7 +139,7 @@ def layout_of(arrays: Arrays, relations: object, place: str) -> Layout:
 
 
 def trajectory_of(arrays: Arrays, layout: Layout, config: EnvConfig, outcome: object, place: str) -> Trajectory:
-    """The episode in a recording's arrays, which `layout_of` has checked."""
+    """The episode in a recording's arrays, which `layout_of` must have checked."""
     if not (outcome is None or outcome in list(Outcome)):
         raise RecordingError(f"{place}: outcome must be null or one of {', '.join(Outcome)}, got {outcome!r}")
     steps = len(arrays["commands"])
@@ -163,7 +163,7 @@ def trajectory_of(arrays: Arrays, layout: Layout, config: EnvConfig, outcome: ob
 
 
 def _script_of(arrays: Arrays, place: str) -> Script | None:
-    """A scenario's script in arrays that have been checked; None where there is none."""
+    """The scenario's script in checked arrays; None without one."""
     if not _has_script(arrays):
         return None
     for ending in arrays["script_endings"].tolist():
@@ -181,7 +181,7 @@ def _changes_in(arrays: Arrays) -> dict[str, tuple[str, Shape]]:
 
 
 def _check_changes(changes: NDArray[np.int64], steps: int, num_people: int, place: str) -> None:
-    """Refuse changes of interactions that cannot have been."""
+    """Refuse changes of interactions that are impossible."""
     rows, one, other, begins = changes.T
     possible = (rows >= 0) & (rows <= steps) & (one >= 0) & (one < other) & (other < num_people)
     possible &= (begins == 0) | (begins == 1)
@@ -211,7 +211,7 @@ def _check(arrays: Arrays, place: str) -> None:
 
 
 def _check_shape(array: NDArray[Any], shape: Shape, sizes: dict[str, int], where: str) -> None:
-    """Refuse an array of another shape; sizes: what is known of the letters so far, which this may add to."""
+    """Refuse an array of another shape; sizes: known sizes by name, which this array may add to."""
     for size, symbol in zip(array.shape, shape, strict=False):
         if isinstance(symbol, str):
             sizes.setdefault(symbol, size)

@@ -1,4 +1,4 @@
-"""Episodes on disk: all that is needed to measure one, to draw it, and to simulate it again bit for bit.
+"""Recordings on disk: all data to measure an episode, to draw it, and to simulate it again bit for bit.
 
 A recording is one .npz file of plain arrays and a header in JSON. Nothing in it is ever unpickled, and everything is
 checked when it is read.
@@ -35,9 +35,9 @@ class Recording:
     """An episode that can be simulated again.
 
     random_state: of the world's generator before the warm-up
-    scorer: name of the weights that gave the scores; None where nobody judged
+    scorer: name of the weights that gave the scores; None without scores
     versions: of everything that the simulated bits depend on, by name
-    name: what complaints call it
+    name: its name in error messages
     """
 
     trajectory: Trajectory
@@ -48,7 +48,7 @@ class Recording:
     name: str = "recording"
 
     def generator(self) -> np.random.Generator:
-        """A generator in the state from which the world was made."""
+        """A generator in the state with which the world was created."""
         bits = np.random.PCG64()
         bits.state = self.random_state  # type: ignore[assignment]  # NumPy types it by what it returns
         return np.random.Generator(bits)
@@ -57,12 +57,11 @@ class Recording:
 class RecordTrajectory(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstructorArgs):
     """Writes a recording of every episode into a folder: PREFIX-000000.npz, PREFIX-000001.npz and so on.
 
-    An episode that is broken off, by `reset` or `close`, is written too; it has no outcome. Recordings that are in
-    the folder are kept: numbers go on after the highest. Environments that write at the same time need different
-    prefixes.
+    An episode that is broken off by `reset` or `close` is written too; it has no outcome. Recordings in the folder are
+    kept: numbers continue after the highest. Environments that write at the same time need different prefixes.
 
-    folder: made where it is missing
-    name_prefix: what the files' names begin with
+    folder: created if it is missing
+    name_prefix: prefix of the file names
 
     Raises `ValueError` where the environment is not SocNav2-v0.
     """
@@ -80,7 +79,7 @@ class RecordTrajectory(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstruc
         return super().reset(seed=seed, options=options)
 
     def step(self, action: Any) -> tuple[Any, SupportsFloat, bool, bool, dict[str, Any]]:
-        """Let one control period pass; see Gymnasium."""
+        """Advance by one control period; see Gymnasium."""
         result = super().step(action)
         self._running = True
         if result[2] or result[3]:
@@ -88,7 +87,7 @@ class RecordTrajectory(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstruc
         return result
 
     def close(self) -> None:
-        """Write what is left and close the environment."""
+        """Write an unfinished episode and close the environment."""
         self._finish()
         super().close()
 
@@ -104,7 +103,7 @@ class RecordTrajectory(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstruc
 
 
 def record_episode(env: gym.Env[Any, Any]) -> Recording:
-    """The episode that an environment, or what it is wrapped in, is in or has just ended.
+    """The current or just ended episode of an environment, which may be wrapped.
 
     Raises `ValueError` where the environment is not SocNav2-v0, `ResetNeeded` where it has no episode yet.
     """
@@ -142,7 +141,7 @@ def write_recording(recording: Recording, path: str | os.PathLike[str]) -> None:
 def read_recording(path: str | os.PathLike[str]) -> Recording:
     """Read a recording, whatever version simulated it.
 
-    Raises `RecordingError` with one line naming the file, what is wrong in it, and what would be right.
+    Raises `RecordingError` with one line naming the file, the error and the rule.
     """
     place = os.fspath(path)
     try:

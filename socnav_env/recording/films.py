@@ -1,4 +1,4 @@
-"""Episodes as pictures: played for the occasion, or recorded before; as a film, a GIF or, how they ended, as a PNG."""
+"""Pictures of played or recorded episodes: a film, a GIF, or a PNG of the end."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ from socnav_env.rendering.view import HeatOverlay
 from socnav_env.simulated_data.drivers import DRIVERS
 
 GIF_COLORS: Final = 128
-PALETTE_PICTURES: Final = 12  # of an episode, from which its palette is made
-LAST_PICTURE: Final = 2000  # ms for which a GIF rests on its last picture
+PALETTE_PICTURES: Final = 12  # pictures of an episode from which its palette is made
+LAST_PICTURE: Final = 2000  # ms for which a GIF shows its last picture
 
 Picture = NDArray[np.uint8]  # (height, width, 3)
 
 
 @dataclass(frozen=True)
 class Look:
-    """How an episode is drawn.
+    """Options for drawing an episode.
 
-    fps: pictures a second of simulated time; None for one a step
-    scorer: whose heatmap is laid under the scene, newly for every step; None for none
-    rings: whether everyone's intimate and personal space is drawn
+    fps: pictures per second of simulated time; None: one per step
+    scorer: scorer of the heatmap, drawn under the scene for every step; None: no heatmap
+    rings: whether the intimate and personal space of everyone is drawn
     """
 
     fps: float | None = None
@@ -47,14 +47,14 @@ class Look:
 
 
 def play(env: SocNavEnv, driver: str, seed: int) -> Recording:
-    """Play one episode under a driver of this name."""
+    """Play one episode with the driver of this name."""
     if driver not in DRIVERS:
         raise ValueError(f"driver must be one of {', '.join(DRIVERS)}, got {driver!r}")
     env.reset(seed=seed)
     random = np.random.default_rng(seed)
-    at_the_wheel = DRIVERS[driver](random)
+    active_driver = DRIVERS[driver](random)
     for _ in watched(range(env.config.max_steps), "playing"):
-        command = at_the_wheel.command(env.world, random)
+        command = active_driver.command(env.world, random)
         info = env.step(action_of(command, env.config.robot))[-1]
         if info["outcome"] is not None:
             break
@@ -62,7 +62,7 @@ def play(env: SocNavEnv, driver: str, seed: int) -> Recording:
 
 
 def draw_recording(recording: Recording, whole: bool, look: Look) -> Iterator[Picture]:
-    """Draw a recorded episode: pictures of all of it, or only of its end."""
+    """Draw a recorded episode: all of it, or its end alone."""
     renderer, trajectory, period = Renderer(), recording.trajectory, recording.config.control_period
     heats = _heats(recording, look.scorer, whole)
     end = len(trajectory) * period
@@ -73,7 +73,7 @@ def draw_recording(recording: Recording, whole: bool, look: Look) -> Iterator[Pi
 
 
 def _heats(recording: Recording, scorer: WindowScorer | None, whole: bool) -> list[HeatOverlay]:
-    """The heatmap after each step, the start included, or only the last one."""
+    """The heatmap after each step, the start included, or the last one alone."""
     if scorer is None:
         return []
     room = recording.trajectory.layout.room
@@ -101,12 +101,12 @@ def encode_film(pictures: Iterable[Picture], fps: float) -> bytes:
 
 
 def encode_pictures(pictures: Sequence[Image], seconds_each: float) -> bytes:
-    """One picture as PNG, several as an endless GIF that rests on its last one."""
+    """One picture as PNG, several as an endless GIF that pauses on the last one."""
     content = io.BytesIO()
     if len(pictures) == 1:
         pictures[0].save(content, format="PNG")
         return content.getvalue()
-    palette = _common_palette(pictures)  # one for all frames: quicker, and nothing flickers
+    palette = _common_palette(pictures)  # one palette for all frames: faster, and nothing flickers
     first, *others = [picture.quantize(palette=palette, dither=Dither.NONE) for picture in pictures]
     durations = [round(1000 * seconds_each)] * len(others) + [LAST_PICTURE]
     first.save(content, format="GIF", save_all=True, append_images=others, duration=durations, loop=0)
@@ -114,7 +114,7 @@ def encode_pictures(pictures: Sequence[Image], seconds_each: float) -> bytes:
 
 
 def _common_palette(pictures: Sequence[Image]) -> Image:
-    """A palette for pictures of one episode, from some of them spread over it."""
+    """A palette for the pictures of one episode, from some of them spread over it."""
     chosen = pictures[:: -(len(pictures) // -PALETTE_PICTURES)]
     width, height = pictures[0].size
     column = new("RGB", (width, height * len(chosen)))

@@ -21,7 +21,7 @@ from socnav_env.trajectories.trajectory import Trajectory
 
 @dataclass(frozen=True)
 class Measured:
-    """The measures of an episode by name, and the name of the weights that scored it, None where none did."""
+    """The measures of an episode by name, and the name of the weights that scored it, None without scores."""
 
     metrics: dict[str, float]
     scorer: str | None
@@ -30,10 +30,10 @@ class Measured:
 def measure_recording(path: str | os.PathLike[str], weights: str | None, without_robot: bool) -> Measured:
     """Measure a recording.
 
-    weights: what to score it with, in place of the scores that were recorded
-    without_robot: whether to simulate it again without its robot, for `person_detour` and `person_delay`
+    weights: weights to score it with, instead of the recorded scores
+    without_robot: whether to simulate it again without the robot, for `person_detour` and `person_delay`
 
-    Raises `RecordingError` for a file that is none, and where it has to be simulated again but cannot.
+    Raises `RecordingError` for an invalid file, and where it has to be simulated again but cannot.
     """
     recording = read_recording(path)
     trajectory, scorer = recording.trajectory, recording.scorer
@@ -47,9 +47,9 @@ def measure_scene(
 ) -> Measured:
     """Measure a scene, see `trajectory_of_sequence`.
 
-    weights: what to score its steps with
+    weights: weights to score its steps with
 
-    Raises `ScenarioError` for a file that is none, or does not know where the robot is.
+    Raises `ScenarioError` for an invalid file or one without robot poses.
     """
     sequence = read_socnav2(path)
     try:
@@ -70,7 +70,7 @@ def _scored(trajectory: Trajectory, windows: list[list[FrameGraph]], weights: st
 
 
 def _windows(sequence: SceneSequence) -> list[list[FrameGraph]]:
-    """What each snapshot but the first is judged by."""
+    """The window of frames scored for each snapshot but the first."""
     segments = wall_segments(sequence.snapshots[0].walls)
     frames = [frame_graph(snapshot, segments) for snapshot in sequence]
     times = [snapshot.timestamp for snapshot in sequence]

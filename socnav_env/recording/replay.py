@@ -1,4 +1,4 @@
-"""Recorded episodes simulated again: to verify them, without their robot, or for the reward model to read."""
+"""Replay of recorded episodes: to verify them, without the robot, or as input of the reward model."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from socnav_env.trajectories.trajectory import Trajectory
 from socnav_env.trajectories.versions import simulation_versions
 
 STATES = ("robot_poses", "robot_velocities", "people_poses", "people_velocities", "people_targets")
-OUT_OF_REACH = 1000.0  # m from the room: where a robot stands that nobody shall notice
+OUT_OF_REACH = 1000.0  # m from the room, the place of a robot that nobody must notice
 
 
 @dataclass(frozen=True)
 class Difference:
-    """Where a repeated episode first differs from its recording.
+    """The first difference between a replayed episode and its recording.
 
     step: 0 for the start
     what: the array's name, or "outcome"
@@ -41,18 +41,18 @@ class Difference:
 
 
 def replay(recording: Recording) -> Trajectory:
-    """Simulate a recording again from its layout, random state and commands; nobody scores it.
+    """Simulate a recording again from its layout, random state and commands, without scores.
 
-    Raises `RecordingError` where other versions simulated it: they may differ in bits that mean nothing.
+    Raises `RecordingError` where it was simulated by other versions, which may differ in insignificant bits.
     """
     trajectory = recording.trajectory
     return _simulate(recording, trajectory.layout, trajectory.commands)
 
 
 def rerun_without_robot(recording: Recording) -> Trajectory:
-    """The same people in the same room as long as in a recording, but without the robot; see `person_detour`.
+    """Simulate a recording again without the robot, for the same time; see `person_detour`.
 
-    The robot is gone from the warm-up on. In the result it stands far outside of the room.
+    The robot is absent from the warm-up on. In the result it stands far outside of the room.
 
     Raises `RecordingError` like `replay`.
     """
@@ -67,7 +67,7 @@ def rerun_without_robot(recording: Recording) -> Trajectory:
 
 
 def first_difference(recorded: Trajectory, repeated: Trajectory) -> Difference | None:
-    """Where the bits of two episodes with the same commands first differ; None where all are equal."""
+    """The first difference between the bits of two episodes with the same commands; None if there is none."""
     found = [each for each in (_first_row(name, recorded, repeated) for name in STATES) if each is not None]
     if found:
         return min(found, key=lambda difference: difference.step)
@@ -85,7 +85,7 @@ def recorded_sequence(recording: Recording, name: str) -> SceneSequence:
 
 
 def recorded_windows(recording: Recording) -> list[list[FrameGraph]]:
-    """What each step of the episode is judged by, see `SocialScorer.score_windows`.
+    """The window of frames scored for each step of the episode, see `SocialScorer.score_windows`.
 
     Raises `RecordingError` like `replay`.
     """
@@ -103,7 +103,7 @@ def recorded_sequences(recording: Recording) -> list[SceneSequence]:
 
 
 def _recorders(recording: Recording) -> Iterator[Recorder]:
-    """One and the same recorder after each of its snapshots."""
+    """The same recorder after each of its snapshots."""
     world = _world(recording, recording.trajectory.layout)
     recorder = Recorder(world, recording.config.control_period)
     yield recorder

@@ -1,4 +1,4 @@
-"""Pictures of a scene, drawn with pygame: what `render_mode="rgb_array"` and `"human"` show.
+"""Rendering of scenes with pygame, for `render_mode="rgb_array"` and `"human"`.
 
 The room is seen from above with the world's y axis pointing up the picture. Everything is drawn at twice
 the size and scaled down, which smooths all edges. Works without a display.

@@ -1,4 +1,4 @@
-"""What someone at the window asks for: where to drive, what to show, when to stop."""
+"""Keyboard and joystick input of the window: driving, overlays, quitting."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ DRIVE_KEYS: Final = {
 
 
 class Controls:
-    """The state of keyboard and joystick, as far as anybody asks.
+    """The state of the keyboard and the joystick.
 
-    heatmap: whether h has been pressed an odd number of times; rings: the same of p
+    heatmap: whether h has been pressed an odd number of times; rings: the same for p
     quit: whether the window was closed, or escape pressed
     again: whether the space bar was pressed since this was last set to False
     """
@@ -32,7 +32,7 @@ class Controls:
         self._joysticks: list[pygame.joystick.JoystickType] = []
 
     def listen(self) -> None:
-        """Take note of what has been pressed, turned and closed since the last time; needs an open window."""
+        """Process the input since the last call; needs an open window."""
         for event in pygame.event.get():
             if event.type == pygame.QUIT:
                 self.quit = True

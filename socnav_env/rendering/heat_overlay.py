@@ -1,4 +1,4 @@
-"""The learned score of every position of the robot, to be laid under a picture of the scene."""
+"""Heatmap of the learned score over all positions of the robot, drawn under the scene."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ RESOLUTION: Final = 20  # cells along the longer side of a room: coarse, but qui
 
 
 def heat_of(scorer: WindowScorer, sequence: SceneSequence, room: Room, resolution: int = RESOLUTION) -> HeatOverlay:
-    """Q2, which the learned reward is made of, had the robot driven as it did but elsewhere in the room.
+    """The learned score Q2 if the robot had driven the same way elsewhere in the room.
 
     sequence: the last two seconds or more, with the robot's pose in the room
     resolution: cells along the longer side of the room

@@ -1,4 +1,4 @@
-"""Everything that is drawn in the room, at its place."""
+"""Drawing of everything in the room."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ from socnav_env.rendering.view import HeatOverlay, SceneView
 
 
 class Painter:
-    """Draws things at world coordinates on a surface into which the room just fits, above the panel."""
+    """Draws at world coordinates on a surface, scaled so that the room just fits above the panel."""
 
     def __init__(self, surface: pygame.Surface, corners: FloatArray) -> None:
         self.surface = surface
@@ -58,7 +58,7 @@ class Painter:
         return np.asarray(points * np.array([self.scale, -self.scale]) + self.origin)
 
     def room(self, corners: FloatArray) -> None:
-        """Draw the floor with its metres, and the walls."""
+        """Draw the floor with a metre grid, and the walls."""
         outline = self.pixels(corners)
         pygame.draw.polygon(self.surface, FLOOR, outline.tolist())
         floor = pygame.mask.from_threshold(self.surface, FLOOR, (1, 1, 1, 255))
@@ -72,7 +72,7 @@ class Painter:
         self._walls(outline)
 
     def heat(self, heat: HeatOverlay, corners: FloatArray) -> None:
-        """Lay the scores of all positions over the floor."""
+        """Draw the heatmap of scores over the floor."""
         outline, shape = self.pixels(corners), self.surface.get_size()
         low, high = self.pixels(np.array([heat.low, heat.high]))
         cells = pygame.surfarray.make_surface(_heat_colors(heat.scores)[:, ::-1])  # its rows go down
@@ -121,7 +121,7 @@ class Painter:
                 pygame.draw.circle(self.surface, INTERACTION, dot, 2 * SUPERSAMPLING)
 
     def trail(self, view: SceneView) -> None:
-        """Draw where the robot has been, and where in the frames that it is judged by."""
+        """Draw the robot's path, and its poses in the frames that are scored."""
         points = self.pixels(view.trail)
         for start, end in pairwise(points):
             _thick_line(self.surface, TRAIL, start, end, 2 * SUPERSAMPLING)
@@ -136,7 +136,7 @@ class Painter:
             self._polygon(TABLE_EDGE, pose, _box(half))
             self._polygon(TABLE, pose, _box(half - 0.03))
         elif kind is ObjectKind.LAPTOP:
-            # The recorded size is the table's; the machine on it is drawn as large as one is.
+            # The recorded size is the table's; the laptop is drawn at a typical size.
             self._polygon(LAPTOP, pose, _box(np.array([0.13, 0.17])))
             self._polygon(SCREEN, pose, _box(np.array([0.04, 0.15])) - [0.10, 0.0])
         else:
@@ -147,7 +147,7 @@ class Painter:
                 self._polygon(LEAF if index % 2 else LEAF_DARK, turned, leaves)
 
     def person(self, pose: FloatArray, radius: float, color: Color) -> None:
-        """Draw somebody, nose and feet to the front."""
+        """Draw a person, nose and feet to the front."""
         dark: Color = (int(color[0] * 0.7), int(color[1] * 0.7), int(color[2] * 0.7))
         feet = _circle(0.30 * radius) * [1.5, 0.8]
         for side in (-0.45, 0.45):
@@ -202,7 +202,7 @@ def _box(half: FloatArray) -> FloatArray:
 
 
 def _heat_colors(scores: FloatArray) -> NDArray[np.uint8]:
-    """(num_x, num_y, 3) from red for 0 to green for 1; where nothing was scored, as at the nearest position."""
+    """Colours (num_x, num_y, 3) from red for 0 to green for 1; a cell without a score has the nearest one's."""
     filled = scores.copy()
     known = np.argwhere(~np.isnan(scores))
     for cell in np.argwhere(np.isnan(scores)):

@@ -1,4 +1,4 @@
-"""Any moment of a recorded episode, as a picture shows it."""
+"""Views of any moment of a recorded episode."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ROUNDING: Final = 1e-6  # of a step
 
 
 def view_at(trajectory: Trajectory, time: float, config: EnvConfig) -> SceneView:
-    """What a picture shows `time` [s] after an episode's start, between two steps too: poses change evenly."""
+    """The view `time` [s] after an episode's start; between two steps poses are interpolated linearly."""
     steps = min(max(time / config.control_period, 0.0), len(trajectory))
     row = math.floor(steps + ROUNDING)
     view = view_of(trajectory, row, config)
@@ -43,20 +43,20 @@ def view_at(trajectory: Trajectory, time: float, config: EnvConfig) -> SceneView
 
 
 def _between(earlier: FloatArray, later: FloatArray, share: float) -> FloatArray:
-    """Poses (..., 3) on the way from some to others, turning the short way."""
+    """Poses (..., 3) interpolated between two, turning the short way."""
     change = later - earlier
     change[..., 2] = wrap_angles(change[..., 2])
     return np.asarray(earlier + share * change)
 
 
 def _lines(trajectory: Trajectory, row: int, people_poses: FloatArray) -> FloatArray:
-    """Between those who interact at a row of the trajectory, people where they are said to be, (num_people, 3)."""
+    """Lines between those who interact at a row of the trajectory, with people at `people_poses` (num_people, 3)."""
     history = trajectory.interactions
     return lines_between(history.pairs[history.present[row]], people_poses, trajectory.layout.object_poses)
 
 
 def view_of(trajectory: Trajectory, row: int, config: EnvConfig) -> SceneView:
-    """What a picture shows of an episode after `row` steps, with the last two seconds behind it."""
+    """The view of an episode after `row` steps, with a trail of the last two seconds."""
     layout, people_poses = trajectory.layout, trajectory.people_poses[row]
     first = max(row + 1 - frames_per_window(config.control_period), 0)
     path, times = trajectory.robot_poses[first : row + 1], trajectory.times[first : row + 1]

@@ -1,4 +1,4 @@
-"""Pictures of whole scenes, and the window that shows them."""
+"""Renderer of whole scenes, into arrays or into a window."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ class Renderer:
     """Draws scenes, into arrays or into a window.
 
     size: width and height of a frame in pixels
-    controls: what the keys pressed in the window say
+    controls: keyboard and joystick input of the window
     """
 
     def __init__(self, size: int = DEFAULT_SIZE) -> None:
         pygame.font.init()
         self._size = size
         self._canvas = pygame.Surface((size * SUPERSAMPLING, size * SUPERSAMPLING))
-        self._floor = self._canvas.copy()  # the room drawn last, most often the next one too
+        self._floor = self._canvas.copy()  # the room drawn last, most often also the next one
         self._corners = np.zeros((0, 2))
         self._window: pygame.Surface | None = None
         self._clock = pygame.time.Clock()

@@ -1,4 +1,4 @@
-"""What a picture of a scene shows, as plain arrays: between whoever knows the scene and whoever draws it."""
+"""The contents of a picture of a scene, as plain arrays: the interface between scenes and the renderer."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def _no_rows(columns: int) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class HeatOverlay:
-    """What the robot's last second would be worth were it elsewhere in the room.
+    """Scores of the robot's last second at other positions in the room.
 
     low, high: (2,) opposite corners [m] of the grid
     scores: (num_x, num_y) at the centres of its cells; NaN outside of the room
@@ -29,7 +29,7 @@ class HeatOverlay:
 
 @dataclass(frozen=True, eq=False)
 class SceneView:
-    """What is drawn of one instant, in the world frame: SI units, angles counter-clockwise.
+    """The contents of a picture at one instant, in the world frame: SI units, angles counter-clockwise.
 
     corners: (num_corners, 2) of the room
     robot_pose: (3,) x, y, heading
@@ -37,13 +37,13 @@ class SceneView:
     people_poses: (num_people, 3); people_walk: (num_people,) whether each one is a walker
     object_poses: (num_objects, 3); object_sizes: (num_objects, 2); object_kinds: (num_objects,) of `ObjectKind`
     interaction_lines: (num_interactions, 4) x1, y1, x2, y2 between those who interact
-    trail: (num_points, 2) where the robot has been, oldest first
-    trail_marks: (num_frames, 3) robot poses of the frames that the learned reward looks at
-    scores: q1 and q2, None where nobody judges
+    trail: (num_points, 2) the robot's past positions, oldest first
+    trail_marks: (num_frames, 3) robot poses of the frames that are scored
+    scores: q1 and q2, None without a scorer
     time: [s] since the episode began, of time_limit [s]
-    outcome: how the episode ended, None while it runs
-    heat: to be laid under the scene, None for none
-    rings: whether everyone's intimate and personal space is drawn
+    outcome: of the episode, None while it runs
+    heat: heatmap drawn under the scene; None for none
+    rings: whether the intimate and personal space of everyone is drawn
     """
 
     corners: FloatArray

@@ -1,4 +1,4 @@
-"""What a step is worth: small objects that name and measure terms, and the weights that add them up.
+"""Rewards: objects that compute named terms, and the weights that sum them up.
 
 Rewards keep no state, so one object serves any number of environments. A new one is a class, and a line in `REWARDS`.
 """
@@ -40,7 +40,7 @@ MIX = "mix"
 
 @cache
 def shared_scorer(weights: str) -> Scorer:
-    """Load the scorer of these weights ("default", "published" or a path), one for the whole process."""
+    """Load the scorer of these weights ("default", "published" or a path), one per process."""
     from reward_model.scorer import load_scorer  # loads torch, which only learned rewards need
 
     return load_scorer(weights)
@@ -101,8 +101,8 @@ def make_reward(reward: str | Mapping[str, float] | Reward, config: RewardConfig
     """Return the reward of this name, a mix, or the given one if it is a `Reward` already.
 
     reward: a name; a mix as in "learned+0.5*crowdnav", or as in {"learned": 1.0, "crowdnav": 0.5}; or an object
-    weights: which network learned rewards use
-    Raises `ValueError` for a name that nobody goes by, a mix that is none, and an object that is not a reward.
+    weights: the network of learned rewards, see `shared_scorer`
+    Raises `ValueError` for an unknown name, an invalid mix, and an object that is not a reward.
     """
     if isinstance(reward, str):
         if reward in REWARDS:

@@ -1,4 +1,4 @@
-"""What a reward is: it sees one `Moment` and returns unweighted terms by name, which its weights add up."""
+"""The reward protocol: a reward reads one `Moment` and returns unweighted terms by name; weights sum them up."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """What a step led to.
+    """The result of a step.
 
-    world: as it is after the step, to be asked and not changed
+    world: after the step, read-only
     duration: [s] of the step
-    progress: [m] by which the robot has come closer to its goal, negative where it has moved away
-    outcome: how the episode ended with this step, None if it goes on
-    scores: what people would say of the last second; None where the reward has no scorer
+    progress: [m] by which the robot has come closer to its goal, negative if it has moved away
+    outcome: of the episode in this step, None if it goes on
+    scores: learned scores of the last second; None if the reward has no scorer
     """
 
     world: World
@@ -38,11 +38,11 @@ class Moment:
 
 
 class Scorer(Protocol):
-    """Judges windows of up to three frames, newest first. `reward_model`'s `SocialScorer` is one."""
+    """Scores windows of up to three frames, newest first. `reward_model`'s `SocialScorer` is one."""
 
     @property
     def name(self) -> str:
-        """Which weights these are."""
+        """The name of the weights."""
 
     def score_windows(self, windows: Sequence[Sequence[FrameGraph]]) -> NDArray[np.float32]:
         """Return (num_windows, 2) q1 and q2."""
@@ -50,22 +50,22 @@ class Scorer(Protocol):
 
 @runtime_checkable
 class Reward(Protocol):
-    """What a reward has to offer; any object that does can be given to `gym.make(..., reward=)`."""
+    """The protocol of a reward; any object that has it can be given to `gym.make(..., reward=)`."""
 
     @property
     def weights(self) -> Mapping[str, float]:
-        """The factor of each term, by its name."""
+        """The weight of each term, by its name."""
 
     @property
     def scorer(self) -> Scorer | None:
-        """Who fills in `Moment.scores`; None where the reward does not ask for any."""
+        """The scorer of `Moment.scores`; None if the reward needs no scores."""
 
     def terms(self, moment: Moment) -> dict[str, float]:
-        """Return the unweighted terms, the same names every step, all of which have a weight."""
+        """Return the unweighted terms: the same names every step, each with a weight."""
 
 
 def weighted_terms(reward: Reward, moment: Moment) -> dict[str, float]:
-    """Return each term's contribution, which together are the reward of the step.
+    """Return each term's contribution; their sum is the reward of the step.
 
     Raises `ValueError` for a term without a weight.
     """
@@ -77,7 +77,7 @@ def weighted_terms(reward: Reward, moment: Moment) -> dict[str, float]:
 
 
 def terminal_terms(moment: Moment) -> dict[str, float]:
-    """Return `arrival` and `contact`, 1 in the last step where they happen, else 0."""
+    """Return `arrival` and `contact`, 1 in the last step if they happen, else 0."""
     outcome = moment.outcome
     return {
         "arrival": float(outcome is Outcome.ARRIVED),

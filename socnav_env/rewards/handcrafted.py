@@ -1,4 +1,4 @@
-"""Rewards that people have written down."""
+"""Handcrafted rewards."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from socnav_env.rewards.base import Moment, terminal_terms
 class CrowdNavReward:
     """Chen et al. 2019, "Crowd-Robot Interaction": the handcrafted reward that most later work builds on.
 
-    By its weights 1 for arriving, -0.25 for a collision (there with a person, here with anything), and
+    With its weights: 1 for arriving, -0.25 for a collision (in the paper with a person, here with anything), and
     0.5 * (d - 0.2) * dt in any other step that ends with the closest person's surface d < 0.2 m away.
 
     discomfort_distance: [m] between surfaces
@@ -25,7 +25,7 @@ class CrowdNavReward:
         self._discomfort_distance = discomfort_distance
 
     def terms(self, moment: Moment) -> dict[str, float]:
-        """Return `discomfort`, [m s] and at most 0; `arrival` and `contact`, 1 in the last step where they happen."""
+        """Return `discomfort`, [m s] and at most 0; `arrival` and `contact`, 1 in the last step if they happen."""
         terminal = terminal_terms(moment)
         discomfort = 0.0 if any(terminal.values()) else _discomfort(moment, self._discomfort_distance)
         return {"discomfort": discomfort, **terminal}
@@ -34,9 +34,10 @@ class CrowdNavReward:
 class DSRNNReward:
     """Liu et al. 2021, "Decentralized Structural-RNN for Robot Crowd Navigation with Deep Reinforcement Learning".
 
-    By its weights 10 for arriving, -20 for a collision (there with a person, here with anything), in any other step
-    that ends with the closest person's surface d < 0.25 m away 10 * (d - 0.25) * dt (2.5 * (d - 0.25) in their steps
-    of 0.25 s), and in all the rest 2 for each metre that the robot has come closer to its goal.
+    With its weights: 10 for arriving, -20 for a collision (in the paper with a person, here with anything);
+    10 * (d - 0.25) * dt in any other step that ends with the closest person's surface d < 0.25 m away
+    (2.5 * (d - 0.25) in the paper's steps of 0.25 s); and in all other steps 2 for each metre that the robot has come
+    closer to its goal.
 
     discomfort_distance: [m] between surfaces
     """
@@ -50,8 +51,8 @@ class DSRNNReward:
     def terms(self, moment: Moment) -> dict[str, float]:
         """Return the one term that applies; the others are 0.
 
-        `progress` [m], negative where the robot has moved away; `discomfort`, [m s] and at most 0; `arrival` and
-        `contact`, 1 in the last step where they happen.
+        `progress` [m], negative if the robot has moved away; `discomfort`, [m s] and at most 0; `arrival` and
+        `contact`, 1 in the last step if they happen.
         """
         terminal = terminal_terms(moment)
         ended = any(terminal.values())
@@ -61,7 +62,7 @@ class DSRNNReward:
 
 
 class SparseReward:
-    """Only how the episode ends: arriving and touching something."""
+    """Terminal terms alone: arriving and touching something."""
 
     scorer = None
 
@@ -69,11 +70,11 @@ class SparseReward:
         self.weights = weights
 
     def terms(self, moment: Moment) -> dict[str, float]:
-        """Return `arrival` and `contact`, 1 in the last step where they happen."""
+        """Return `arrival` and `contact`, 1 in the last step if they happen."""
         return terminal_terms(moment)
 
 
 def _discomfort(moment: Moment, distance: float) -> float:
-    """By how much the closest person is nearer than `distance` [m], times the step's duration; at most 0 [m s]."""
+    """Distance to the closest person minus `distance` [m], times the step's duration; at most 0 [m s]."""
     closest = float(np.min(moment.world.clearance_to_people(), initial=np.inf))
     return min(closest - distance, 0.0) * moment.duration

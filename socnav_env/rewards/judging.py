@@ -1,4 +1,4 @@
-"""The scores of episodes' last seconds: of one episode, or of many in one call a scorer."""
+"""Scores of episodes' last seconds: of one episode, or of many in one call per scorer."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def judge(scorer: Scorer | None, window: Sequence[FrameGraph]) -> Scores | None:
-    """The scores of one window; None where there is no scorer."""
+    """The scores of one window; None without a scorer."""
     if scorer is None:
         return None
     ((q1, q2),) = scorer.score_windows([window]).tolist()
@@ -21,10 +21,10 @@ def judge(scorer: Scorer | None, window: Sequence[FrameGraph]) -> Scores | None:
 
 
 def judge_all(scorers: Sequence[Scorer | None], windows: Sequence[Sequence[FrameGraph]]) -> list[Scores | None]:
-    """The scores of each window, None where it has no scorer; windows that share a scorer are scored in one call.
+    """The scores of each window, None without a scorer; windows that share a scorer are scored in one call.
 
     Args:
-        scorers: of each window.
+        scorers: the scorer of each window.
         windows: of one to three frames each, newest first.
     """
     places: dict[int, list[int]] = {}

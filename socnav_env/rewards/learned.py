@@ -1,4 +1,4 @@
-"""Rewards that a network of people's scores gives."""
+"""Rewards from a network trained on people's scores."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ if TYPE_CHECKING:
 
 
 class LearnedReward:
-    """What people find acceptable: Q2 - 1 every step, and terminal terms for arriving and for touching something.
+    """The learned score: Q2 - 1 every step, and terminal terms for arriving and for touching something.
 
-    Q2 alone is positive almost everywhere, so that its sum would pay a robot for staying away from its goal.
-    Less one (and never above zero), arriving always beats loitering.
+    Q2 alone is positive almost everywhere, so that its sum would reward a robot for staying away from its goal.
+    Q2 - 1 is never above zero, so that arriving always beats waiting.
     """
 
     def __init__(self, weights: Mapping[str, float], scorer: Scorer) -> None:
@@ -23,15 +23,15 @@ class LearnedReward:
         self.scorer = scorer
 
     def terms(self, moment: Moment) -> dict[str, float]:
-        """Return `social`, Q2 - 1, at most 0; `arrival` and `contact`, 1 in the last step where they happen."""
+        """Return `social`, Q2 - 1, at most 0; `arrival` and `contact`, 1 in the last step if they happen."""
         return {"social": min(_scores(moment).q2, 1.0) - 1.0, **terminal_terms(moment)}
 
 
 class RawScoreReward:
-    """One of the network's scores as it is, here to be compared.
+    """One of the network's raw scores, for comparison.
 
-    Both are positive nearly everywhere, so that their sum pays for taking long. Q1 ("the robot does not cause any
-    disturbance to the humans in the room") knows nothing of the goal.
+    Both are positive nearly everywhere, so that their sum rewards long episodes. Q1 ("the robot does not cause any
+    disturbance to the humans in the room") does not depend on the goal.
 
     weights: of the one term, by the score's name: "q1" or "q2"
     """

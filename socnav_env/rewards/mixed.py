@@ -1,4 +1,4 @@
-"""Several rewards at once."""
+"""A weighted sum of several rewards."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from socnav_env.rewards.base import Moment, Reward, Scorer
 class MixedReward:
     """A weighted sum of rewards. The terms of the part NAME are called NAME.TERM.
 
-    All parts that ask for scores share one scorer, so that a step is scored once.
+    All parts that need scores share one scorer, so that a step is scored once.
 
-    parts: by name, how much of it and the reward itself
+    parts: weight and reward of each part, by name
 
     Raises `ValueError` where there is no part, or parts have different scorers.
     """

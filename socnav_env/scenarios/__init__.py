@@ -1,4 +1,4 @@
-"""Scenarios: named scenes, scenes in files of one's own, and SocNav2 recordings to go on from.
+"""Scenarios: named scenes, scenes in a user's files, and SocNav2 recordings to continue.
 
 `gym.make("SocNav2-v0", scenario="blind_corner")`. docs/scenarios.md describes the files.
 """
@@ -23,32 +23,32 @@ _FOLDER: Final = files("socnav_env.scenarios") / "data"
 
 @runtime_checkable
 class Scenario(Protocol):
-    """Where episodes begin."""
+    """The protocol of a scenario: it draws the layouts of episodes."""
 
     @property
     def name(self) -> str:
-        """What it goes by."""
+        """The scenario's name."""
 
     @property
     def description(self) -> str:
-        """What happens in it, in a sentence or two."""
+        """A description in a sentence or two."""
 
     def adapt(self, config: EnvConfig) -> EnvConfig:
-        """The configuration with what the scenario sets itself. Raises `ConfigError` where the two do not go."""
+        """The configuration with the scenario's own settings. Raises `ConfigError` where the two conflict."""
 
     def draw(self, config: EnvConfig, rng: np.random.Generator) -> Layout:
-        """What an episode begins with, `config` being adapted. Raises `ConfigError` where nothing fits."""
+        """Draw an episode's layout; `config` must be adapted. Raises `ConfigError` where no draw fits."""
 
 
 def names() -> tuple[str, ...]:
-    """The scenarios that ship, in alphabetical order."""
+    """The names of the scenarios in this package, in alphabetical order."""
     return tuple(sorted(each.name.removesuffix(".yaml") for each in _FOLDER.iterdir() if each.name.endswith(".yaml")))
 
 
 def load_scenario(scenario: str | os.PathLike[str] | Scenario) -> Scenario:
-    """Return the scenario of a name or in a file, .yaml as docs/scenarios.md says or .json as SocNav2 has it.
+    """Return a scenario by its name or from a file: .yaml as in docs/scenarios.md or .json as in SocNav2.
 
-    Raises `ConfigError` or `ScenarioError`, both `ValueError`s, with one line: what is wrong and where.
+    Raises `ConfigError` or `ScenarioError`, both `ValueError`s, with one line naming the error and its place.
     """
     if not isinstance(scenario, str | os.PathLike):
         if isinstance(scenario, Scenario):

@@ -1,4 +1,4 @@
-"""What a scenario file says, as plain data."""
+"""The contents of a scenario file, as plain data."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from typing import Any, Final
 from socnav_env.layout import Ending, ObjectKind
 from socnav_env.scenarios.fields import Amount
 
-STANDS: Final = "stand"  # what people do
+STANDS: Final = "stand"  # what a person does
 WALKS: Final = "walk"
 WANDERS: Final = "wander"
-ROBOT: Final = "robot"  # names that everyone can look at
+ROBOT: Final = "robot"  # names that a heading can refer to
 GOAL: Final = "goal"
 
 
 @dataclass(frozen=True)
 class Spot:
-    """A place, or the rectangle it is drawn from, and by how much it varies in any direction [m]."""
+    """A place, or the rectangle it is drawn from, and its jitter in any direction [m]."""
 
     x: Amount
     y: Amount
@@ -25,17 +25,17 @@ class Spot:
 
     @property
     def is_fixed(self) -> bool:
-        """Whether it is always the same."""
+        """Whether the place is always the same."""
         return self.x.is_fixed and self.y.is_fixed and self.jitter == 0
 
 
 @dataclass(frozen=True)
 class Entity:
-    """Anything that stands somewhere.
+    """Anything with a place in the room.
 
-    place: where the file says it, for complaints
-    name: what the file calls it, empty where it does not
-    heading: [rad], by name what it looks at, or None: whatever suits it
+    place: path of the entry in the file, for error messages
+    name: its name in the file, empty without one
+    heading: [rad], the name of what it faces, or None: chosen when drawn
     """
 
     place: str
@@ -45,16 +45,16 @@ class Entity:
 
     @property
     def words(self) -> str:
-        """What complaints call it."""
+        """Its description in error messages."""
         return f"{self.place} ({self.name})" if self.name else self.place
 
 
 @dataclass(frozen=True)
 class PersonEntry(Entity):
-    """Somebody, or several alike.
+    """A person, or several alike.
 
     does: stand, walk (a route) or wander
-    companion: name of the one beside whom they walk, empty where they go their own way
+    companion: name of the person they walk beside, empty without one
     """
 
     count: tuple[int, int]
@@ -68,7 +68,7 @@ class PersonEntry(Entity):
 
 @dataclass(frozen=True)
 class ObjectEntry(Entity):
-    """A thing; size: width and depth [m]."""
+    """An object; size: width and depth [m]."""
 
     kinds: tuple[ObjectKind, ...]
     size: tuple[Amount, Amount]
@@ -76,7 +76,7 @@ class ObjectEntry(Entity):
 
 @dataclass(frozen=True)
 class InteractionEntry:
-    """Two who interact, by name; relation: None where it follows from who they are."""
+    """Two interacting entities, by name; relation: None if it follows from their kinds."""
 
     place: str
     between: tuple[str, str]
@@ -93,9 +93,9 @@ class RoomEntry:
 
 @dataclass(frozen=True)
 class SceneFile:
-    """All that a scenario file says.
+    """The contents of a scenario file.
 
-    overrides: of the environment's configuration
+    overrides: changes to the environment's configuration
     """
 
     file: str

@@ -1,4 +1,4 @@
-"""Checked access to what a scenario file holds; complaints name the file, the field and what would be right."""
+"""Checked access to the values of a scenario file; errors name the file, the field and the rule."""
 
 from __future__ import annotations
 
@@ -17,31 +17,31 @@ Item = TypeVar("Item")
 
 _short = reprlib.Repr()
 _short.maxlist, _short.maxdict, _short.maxlevel, _short.maxstring = 4, 4, 3, 60
-FURTHEST: Final = 1e3  # of any number: metres, seconds or radians
+FURTHEST: Final = 1e3  # limit of any number: metres, seconds or radians
 
 
 @dataclass(frozen=True)
 class Amount:
-    """A number that the file gives, or a range out of which it is drawn anew for every episode."""
+    """A number in the file, or a range that it is drawn from for every episode."""
 
     least: float
     most: float
 
     @property
     def is_fixed(self) -> bool:
-        """Whether it is always the same."""
+        """Whether the number is always the same."""
         return self.least == self.most
 
     def draw(self, rng: np.random.Generator) -> float:
-        """One value; what is fixed takes no random number."""
+        """Draw a value; a fixed one takes no random number."""
         return self.least if self.is_fixed else float(rng.uniform(self.least, self.most))
 
 
 @dataclass(frozen=True)
 class Field:
-    """A value in a file, and where it stands.
+    """A value in a file, and its place there.
 
-    path: the way to it, e.g. `people[2].speed`; empty at the top
+    path: of the value in the file, e.g. `people[2].speed`; empty at the top
     """
 
     value: object
@@ -49,7 +49,7 @@ class Field:
     path: str = ""
 
     def fields(self, valid: Iterable[str]) -> dict[str, Field]:
-        """Return what stands under each name; names that are not `valid` are refused."""
+        """Return the value under each name; names that are not `valid` are refused."""
         if not isinstance(self.value, dict):
             raise self.refused("must be fields and their values")
         names = tuple(valid)
@@ -58,7 +58,7 @@ class Field:
                 place = f"{self.path}: " if self.path else ""
                 shown = name if isinstance(name, str) else _short.repr(name)
                 raise ConfigError(f"{self.file}: {place}unknown field {shown}; the valid ones are {', '.join(names)}")
-        # Nothing behind a colon means the same as no such line.
+        # A name without a value is the same as a missing one.
         return {
             name: Field(value, self.file, f"{self.path}.{name}" if self.path else name)
             for name, value in self.value.items()
@@ -66,7 +66,7 @@ class Field:
         }
 
     def items(self) -> list[Field]:
-        """Return what is in a list."""
+        """Return the items of a list."""
         if not isinstance(self.value, list):
             raise self.refused("must be a list")
         return [Field(item, self.file, f"{self.path}[{index}]") for index, item in enumerate(self.value)]
@@ -118,13 +118,13 @@ class Field:
         return str(self.value)
 
     def refused(self, rule: str) -> ConfigError:
-        """Make the complaint that this value breaks a rule, for the caller to raise."""
+        """Return the error that this value breaks a rule, for the caller to raise."""
         subject = f"{self.path} {rule}" if self.path else rule
         return ConfigError(f"{self.file}: {subject}, got {_short.repr(self.value)}")
 
 
 def required(fields: dict[str, Field], name: str, parent: Field) -> Field:
-    """Return the field of this name; where there is none, say so."""
+    """Return the field of this name; raises `ConfigError` if it is missing."""
     if name not in fields:
         place = f"{parent.path}.{name}" if parent.path else name
         raise ConfigError(f"{parent.file}: {place} is missing")
@@ -132,12 +132,12 @@ def required(fields: dict[str, Field], name: str, parent: Field) -> Field:
 
 
 def optional(fields: dict[str, Field], name: str, read: Callable[[Field], Item], default: Item) -> Item:
-    """Read the field of this name; the default where there is none."""
+    """Read the field of this name; return the default if it is missing."""
     return read(fields[name]) if name in fields else default
 
 
 class _Loader(yaml.SafeLoader):
-    """Plain values only, and no field twice."""
+    """A YAML loader of plain values that refuses repeated fields."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         seen: set[str] = set()
@@ -150,7 +150,7 @@ class _Loader(yaml.SafeLoader):
 
 
 def read_yaml(text: str, file: str) -> Field:
-    """Return what a YAML text holds; `ConfigError` naming line and column where it is none."""
+    """Return the contents of a YAML text; raises `ConfigError` naming line and column if it is invalid."""
     try:
         return Field(yaml.load(text, _Loader), file)
     except yaml.MarkedYAMLError as error:

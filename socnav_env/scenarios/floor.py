@@ -1,4 +1,4 @@
-"""The floor of a scenario's room while it fills up: what is where, and what is in whose way."""
+"""The floor of a scenario's room during placement: the bodies placed so far, and checks against overlap."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from socnav_env.geometry.distances import box_distance, boxes_of, inside, is_fre
 from socnav_env.layout import Room
 
 TOUCHING: Final = 0.01  # m by which bodies that are side by side may overlap
-OUTLINE_STEP: Final = 0.1  # m between the points at which a box's outline is examined
+OUTLINE_STEP: Final = 0.1  # m between the checked points of a box's outline
 SMALLEST_AREA: Final = 1.0  # m^2
 
 
 class UnfitError(Exception):
-    """A draw of a scenario does not fit; the message says what and why."""
+    """A draw of a scenario does not fit; the message gives the reason."""
 
 
 class Floor:
-    """Everything that has been placed so far, with the words for it.
+    """All bodies placed so far, with their descriptions for error messages.
 
-    boxes: (num_boxes, 6) that stand there from the beginning, in each other's way or not
+    boxes: (num_boxes, 6) initial boxes, which may overlap each other
     """
 
     def __init__(self, room: Room, boxes: FloatArray | None = None) -> None:
@@ -35,17 +35,17 @@ class Floor:
 
     @property
     def boxes(self) -> FloatArray:
-        """(num_boxes, 6) as `geometry` has them."""
+        """(num_boxes, 6) rows as in `geometry`."""
         return self._boxes
 
     def add_person(self, place: FloatArray, radius: float, words: str) -> None:
-        """Put somebody on the floor; raises `UnfitError` where there is no room for them."""
+        """Place a person; raises `UnfitError` where they do not fit."""
         self.require_room(place, radius, words)
         self._discs = np.vstack([self._discs, [*place, radius]])
         self._disc_words.append(words)
 
     def add_box(self, pose: FloatArray, size: tuple[float, float], words: str) -> None:
-        """Put a thing on the floor; raises `UnfitError` where there is no room for it."""
+        """Place an object; raises `UnfitError` where it does not fit."""
         box = boxes_of(pose[None], np.array([size]))[0]
         outline = _outline(box)
         if not all(inside(x, y, self.walls) for x, y in outline.tolist()):
@@ -58,7 +58,7 @@ class Floor:
         self._box_words.append(words)
 
     def require_room(self, place: FloatArray, radius: float, words: str, among_people: bool = True) -> None:
-        """Raise `UnfitError` where a round body of this radius [m] is in the way of something."""
+        """Raise `UnfitError` where a round body of this radius [m] overlaps something."""
         x, y = place.tolist()
         if not inside(x, y, self.walls):
             raise UnfitError(f"{words} must be inside the room, got {_shown(place)}")
@@ -72,11 +72,11 @@ class Floor:
                 raise UnfitError(f"{words} must not overlap {name}, got {_shown(place)}")
 
     def people(self, chosen: BoolArray) -> FloatArray:
-        """(num_chosen, 3) x, y, radius of some of the people, in the order in which they were added."""
+        """(num_chosen, 3) x, y, radius of the chosen people, in the order of their placement."""
         return self._discs[chosen]
 
     def free_way(self, start: FloatArray, direction: FloatArray, longest: float, radius: float) -> float:
-        """How far a body gets from `start` before a wall or a thing is in its way, at most `longest` [m]."""
+        """The distance [m] a body can go from `start` before a wall or an object blocks it, at most `longest` [m]."""
         nobody = self._discs[:0]
         reach = longest
         while reach > OUTLINE_STEP:
@@ -90,7 +90,7 @@ class Floor:
 
 
 def ordered_corners(corners: FloatArray) -> FloatArray:
-    """The corners of a room counter-clockwise; raises `UnfitError` where its walls cross or enclose next to nothing.
+    """The corners of a room counter-clockwise; raises `UnfitError` where its walls cross or enclose too small an area.
 
     corners: (num_corners, 2) [m]
     """
@@ -121,7 +121,7 @@ def _cross(one: FloatArray, other: FloatArray) -> bool:
 
 
 def _outline(box: FloatArray) -> FloatArray:
-    """(n, 2) points around a box, a hair inside of it so that it may stand against a wall."""
+    """(n, 2) points around a box, slightly inside it so that it may stand against a wall."""
     x, y, cosine, sine, half_width, half_depth = box.tolist()
     half_width, half_depth = half_width - TOUCHING / 2, half_depth - TOUCHING / 2
     across = np.linspace(-half_width, half_width, max(2, math.ceil(2 * half_width / OUTLINE_STEP)))

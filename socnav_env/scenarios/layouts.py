@@ -1,4 +1,4 @@
-"""A scenario file drawn for one episode: every range becomes a number, every name an index, nothing overlaps."""
+"""Layouts drawn from a scenario file: ranges become numbers, names become indices, and nothing overlaps."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ from socnav_env.scenarios.floor import Floor, UnfitError, ordered_corners
 from socnav_env.scenarios.scripts import Walk, write_script
 from socnav_env.scenes.rooms import is_reachable
 
-MAX_DRAWS: Final = 50  # of a whole scene until one fits
-MAX_PLACES: Final = 64  # looked at for an entity that does not always stand at the same one
+MAX_DRAWS: Final = 50  # draws of a whole scene until one fits
+MAX_PLACES: Final = 64  # places tried for an entity without a fixed place
 ELBOW_ROOM: Final = 0.05  # m between the robot and others at the start
 
 Placed = TypeVar("Placed")
 
 
 def draw_layout(scene: SceneFile, config: EnvConfig, rng: np.random.Generator) -> Layout:
-    """Draw a scene for an episode. Raises `ConfigError` naming what stands in the way where no draw fits."""
+    """Draw a scene for an episode. Raises `ConfigError` naming the reason where no draw fits."""
     reason = ""
     for _ in range(MAX_DRAWS):
         try:
@@ -61,7 +61,7 @@ class _Person:
 
 @dataclass
 class _Thing:
-    """What an object entry has become; first: the index of its first object."""
+    """A drawn object entry; first: the index of its first object."""
 
     entry: ObjectEntry
     pose: FloatArray
@@ -70,7 +70,7 @@ class _Thing:
 
     @property
     def last(self) -> int:
-        """The index of the object that people are occupied with: the laptop of a desk."""
+        """The index of the object that people interact with: the laptop of a desk."""
         return self.first + len(self.entry.kinds) - 1
 
 
@@ -83,10 +83,10 @@ class _Drawing:
         self.floor = Floor(self.room)
         self.people: list[_Person] = []
         self.things: list[_Thing] = []
-        self.places: dict[str, FloatArray] = {}  # of whatever has a name
+        self.places: dict[str, FloatArray] = {}  # places of named entities
 
     def layout(self) -> Layout:
-        """Draw all. Raises `UnfitError` where something does not fit."""
+        """Draw the layout. Raises `UnfitError` where something does not fit."""
         for thing in self.scene.objects:
             self._place_thing(thing)
         for person in self.scene.people:
@@ -102,7 +102,7 @@ class _Drawing:
         return self._assemble(start, goal)
 
     def _find(self, entity: Entity, put: Callable[[FloatArray], Placed]) -> Placed:
-        """Put an entity at the first of some places where it fits. Raises `UnfitError` where there is none."""
+        """Place an entity at the first drawn place where it fits. Raises `UnfitError` where there is none."""
         for attempt in range(MAX_PLACES):
             try:
                 return put(self._draw_spot(entity.spot))
@@ -156,14 +156,14 @@ class _Drawing:
         self.places[entry.name] = place
 
     def _draw_stop(self, entry: PersonEntry, index: int) -> tuple[float, float]:
-        """A place of a route."""
+        """Draw a place of a route."""
         place = self._draw_spot(entry.route[index])
         words = f"{entry.place}.route[{index}]"
         self.floor.require_room(place, self.config.people.radius, words, among_people=False)
         return float(place[0]), float(place[1])
 
     def _join_companions(self) -> None:
-        """Let everyone who walks with somebody do what that one does."""
+        """Give each companion the group and the walk of the person they walk beside."""
         for person in self.people:
             if person.entry.companion:
                 leader = self.people[self._person_named(person.entry.companion)]
@@ -209,7 +209,7 @@ class _Drawing:
         )
 
     def _groups(self) -> IntArray:
-        """Numbers of those who walk together, counted from 0; -1 for people on their own."""
+        """Group number of each person, counted from 0; -1 for people on their own."""
         leaders = sorted({person.group for person in self.people} - {-1})
         return np.array([leaders.index(each.group) if each.group >= 0 else -1 for each in self.people], dtype=np.int64)
 
@@ -230,7 +230,7 @@ class _Drawing:
         return any(person.entry.name == name for person in self.people)
 
     def _heading_of(self, index: int, links: list[tuple[int, int, str]]) -> float:
-        """Where somebody looks: where the file says, along their route, at a partner, or anywhere."""
+        """A person's heading: as in the file, along their route, to a partner, or random."""
         person = self.people[index]
         if person.entry.heading is not None:
             return self._heading(person.entry.heading, person.place)

@@ -1,4 +1,4 @@
-"""Scenarios that go on where a SocNav2 recording ends."""
+"""Scenarios that continue SocNav2 recordings."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ from socnav_env.scenes.rooms import is_reachable
 from socnav_env.trajectories.from_socnav2 import trajectory_of_sequence
 from socnav_env.trajectories.trajectory import Trajectory
 
-UNDER_WAY: Final = 0.1  # m/s from which somebody counts as walking
-JUST_NOW: Final = 0.5  # s at the end of a recording over which somebody's velocity is taken
-LOOK_AHEAD: Final = 6.0  # m for which somebody goes straight on, where nothing is in the way
-LEAST_WAY: Final = 0.5  # m ahead that are worth going on
-SPEEDS: Final = (0.1, 2.0)  # m/s, between which a walker's own speed is taken from a recording
-SMALL: Final = 0.5  # m, the longest side of what is taken for a plant
+UNDER_WAY: Final = 0.1  # m/s, speed from which a person counts as walking
+JUST_NOW: Final = 0.5  # s at the end of a recording over which a person's velocity is averaged
+LOOK_AHEAD: Final = 6.0  # m, longest way that a person goes straight on
+LEAST_WAY: Final = 0.5  # m, shortest way that a person goes straight on
+SPEEDS: Final = (0.1, 2.0)  # m/s, limits of a desired speed taken from a recording
+SMALL: Final = 0.5  # m, maximum side of an object taken for a plant
 SAME_PLACE: Final = 0.05  # m between a table and its laptop
 
 
 @dataclass(frozen=True, eq=False)
 class RecordedScenario:
-    """The end of a recording as an episode's beginning; see `Scenario`.
+    """A scenario that starts at the end of a recording; see `Scenario`.
 
-    The recorded seconds are the warm-up. Those who have moved go on straight ahead and then where they like.
+    The recorded seconds are the warm-up. People who have moved go on straight ahead and then wander.
     """
 
     name: str
@@ -46,7 +46,7 @@ class RecordedScenario:
 
     @classmethod
     def from_file(cls, path: str | os.PathLike[str]) -> Self:
-        """Read a file. Raises `ScenarioError` or `ConfigError` naming the file and what is wrong."""
+        """Read a file. Raises `ScenarioError` or `ConfigError` naming the file and the error."""
         file = os.fspath(path)
         sequence = _with_robot_poses(read_socnav2(path), file)
         recorded = trajectory_of_sequence(sequence)
@@ -56,15 +56,15 @@ class RecordedScenario:
 
     @property
     def description(self) -> str:
-        """Where it is from."""
+        """The file that it continues."""
         return f"Goes on where {self.file} ends."
 
     def adapt(self, config: EnvConfig) -> EnvConfig:
-        """The configuration as it is."""
+        """The configuration, unchanged."""
         return config
 
     def draw(self, config: EnvConfig, rng: np.random.Generator) -> Layout:
-        """The last moment of the recording; nothing in it is drawn."""
+        """The layout at the last moment of the recording, without random numbers."""
         recorded = self.recorded
         layout = _last_moment(recorded)
         floor = Floor(layout.room, boxes_of(layout.object_poses, layout.object_sizes))
@@ -74,7 +74,7 @@ class RecordedScenario:
         people = np.stack([_track(recorded.times, poses, times) for poses in _columns(recorded, seen)], axis=1)
         velocities = _last_velocities(recorded, seen)
         walks = _walks(recorded, layout, floor, velocities, config)
-        # Velocities are those of people who are under way: nobody slides.
+        # Only people under way have velocities, so that nobody slides.
         velocities[[not walk.under_way for walk in walks]] = 0.0
         script = Script(
             robot_poses=_track(recorded.times, recorded.robot_poses, times),
@@ -107,7 +107,7 @@ class RecordedScenario:
 
 
 def _with_robot_poses(sequence: SceneSequence, file: str) -> SceneSequence:
-    """The same scene with the robot's pose in every snapshot, told by the walls where the recording does not."""
+    """The scene with the robot's pose in every snapshot, derived from the walls if it is not recorded."""
     last = sequence.last
     if all(snapshot.robot_pose is not None for snapshot in sequence):
         return sequence
@@ -120,7 +120,7 @@ def _with_robot_poses(sequence: SceneSequence, file: str) -> SceneSequence:
 
 
 def _last_moment(recorded: Trajectory) -> Layout:
-    """The layout with everyone who is in sight at the end, where they are then."""
+    """The layout of the people observed at the end, at their last poses."""
     layout, last = recorded.layout, recorded.people_poses[-1]
     seen = ~np.isnan(last[:, 0])
     index = np.full(layout.num_people + layout.num_objects, -1)
@@ -143,7 +143,7 @@ def _last_moment(recorded: Trajectory) -> Layout:
 
 
 def _groups(pairs: IntArray, relations: list[str], walks: BoolArray) -> IntArray:
-    """Numbers of those who walk together; -1 for people on their own."""
+    """Group number of each person; -1 for people on their own."""
     groups = np.full(len(walks), -1)
     for number, (pair, relation) in enumerate(zip(pairs.tolist(), relations, strict=True)):
         if relation == WALKING_TOGETHER and max(pair) < len(walks) and walks[pair].all():
@@ -152,9 +152,9 @@ def _groups(pairs: IntArray, relations: list[str], walks: BoolArray) -> IntArray
 
 
 def _kinds(layout: Layout, pairs: IntArray, relations: list[str]) -> IntArray:
-    """What each object is, which recordings do not say: told by what people do with it, its size and its place.
+    """The kind of each object, which recordings lack: derived from its interactions, its size and its place.
 
-    pairs: (num_interactions, 2) of objects; people are negative
+    pairs: (num_interactions, 2) indices of objects; people are negative
     """
     kinds = np.where(layout.object_sizes.max(axis=1, initial=0.0) < SMALL, ObjectKind.PLANT, ObjectKind.TABLE)
     for pair, relation in zip(pairs.tolist(), relations, strict=True):
@@ -168,7 +168,7 @@ def _kinds(layout: Layout, pairs: IntArray, relations: list[str]) -> IntArray:
 
 
 def _columns(recorded: Trajectory, seen: BoolArray) -> list[FloatArray]:
-    """The poses of each of those in sight at the end, (num_rows, 3); before they came they are where they came."""
+    """Poses (num_rows, 3) of each person observed at the end; before they appear, their first pose."""
     columns = []
     for poses in recorded.people_poses[:, seen].transpose(1, 0, 2):
         known = ~np.isnan(poses[:, 0])
@@ -177,7 +177,7 @@ def _columns(recorded: Trajectory, seen: BoolArray) -> list[FloatArray]:
 
 
 def _track(times: FloatArray, poses: FloatArray, wanted: FloatArray) -> FloatArray:
-    """Poses (n, 3) at other times, in between on straight lines, before the first one still."""
+    """Poses (n, 3) at other times, interpolated linearly; before the first time, the first pose."""
     headings = np.unwrap(poses[:, 2])
     columns = [np.interp(wanted, times, column) for column in (poses[:, 0], poses[:, 1], headings)]
     columns[2] = wrap_angles(columns[2])
@@ -185,7 +185,7 @@ def _track(times: FloatArray, poses: FloatArray, wanted: FloatArray) -> FloatArr
 
 
 def _commands(recorded: Trajectory, wanted: FloatArray) -> FloatArray:
-    """What the robot was told in the periods that end at these times, (num_periods, 3); none before the recording."""
+    """The robot's commands in the periods that end at these times, (num_periods, 3); 0 before the recording."""
     if not len(recorded.commands):
         return np.zeros((len(wanted), 3))
     rows = np.searchsorted(recorded.times[1:], wanted - 1e-6).clip(max=len(recorded.commands) - 1)
@@ -193,7 +193,7 @@ def _commands(recorded: Trajectory, wanted: FloatArray) -> FloatArray:
 
 
 def _last_velocities(recorded: Trajectory, seen: BoolArray) -> FloatArray:
-    """Of those in sight at the end, (num_seen, 3), over the last moments."""
+    """Velocities (num_seen, 3) of the people observed at the end, averaged over the last moments."""
     latest = recorded.times > recorded.times[-1] - JUST_NOW
     velocities = recorded.people_velocities[latest][:, seen]
     known = ~np.isnan(velocities)
@@ -202,7 +202,7 @@ def _last_velocities(recorded: Trajectory, seen: BoolArray) -> FloatArray:
 
 
 def _walks(recorded: Trajectory, layout: Layout, floor: Floor, velocities: FloatArray, config: EnvConfig) -> list[Walk]:
-    """How everyone goes on: who is under way, straight ahead; then, like all who walk, where they like."""
+    """Each person's walk: straight on for those under way; then, like all who walk, they wander."""
     seen = ~np.isnan(recorded.people_poses[-1, :, 0])
     speeds = np.hypot(*np.moveaxis(recorded.people_velocities[:, seen, :2], -1, 0))
     walks = []
@@ -221,7 +221,7 @@ def _walks(recorded: Trajectory, layout: Layout, floor: Floor, velocities: Float
 
 
 def _walking_together(walks: list[Walk], groups: IntArray) -> list[Walk]:
-    """The same walks, with all members of a group on the way of the first one who has one."""
+    """The same walks, with the route of the first member who has one for the whole group."""
     together = list(walks)
     for group in set(groups.tolist()) - {-1}:
         members = np.flatnonzero(groups == group).tolist()

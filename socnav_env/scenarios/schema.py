@@ -1,4 +1,4 @@
-"""From the YAML of a scenario file to its entries, checked field by field. docs/scenarios.md describes the files."""
+"""Parser of scenario files: YAML to entries, checked field by field. docs/scenarios.md describes the files."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ VERSION: Final = 1
 ENDINGS: Final = {"stand": Ending.STAND, "wander": Ending.WANDER, "repeat": Ending.REPEAT}
 OBJECT_KINDS: Final = {
     "table": (ObjectKind.TABLE,),
-    "desk": (ObjectKind.TABLE, ObjectKind.LAPTOP),  # a table with a laptop, two objects as SocNav2 has it
+    "desk": (ObjectKind.TABLE, ObjectKind.LAPTOP),  # a table with a laptop, two objects as in SocNav2
     "plant": (ObjectKind.PLANT,),
 }
 DEFAULT_SIZES: Final = {"table": (0.9, 0.8), "desk": (0.9, 0.8), "plant": (0.18, 0.35)}  # m, as in SocNav2
@@ -40,11 +40,11 @@ WALL_GAP: Final = 0.01  # m between the ends of two walls that meet
 _NOTHING: Final = Amount(0.0, 0.0)
 _TOP = ("version", "description", "room", "robot", "goal", "people", "objects", "interactions", "time_limit", "config")
 _PERSON = ("name", "count", "at", "jitter", "heading", "does", "route", "speed", "delay", "then", "with")
-_OF_A_ROUTE = ("does", "route", "speed", "delay", "then", "count")  # what a companion takes over
+_OF_A_ROUTE = ("does", "route", "speed", "delay", "then", "count")  # what a companion copies
 
 
 def parse_scene(text: str, file: str) -> SceneFile:
-    """Read a scenario file's text. Raises `ConfigError` with one line naming the file and the field."""
+    """Parse a scenario file's text. Raises `ConfigError` with one line naming the file and the field."""
     top = read_yaml(text, file)
     fields = top.fields(_TOP)
     version = required(fields, "version", top)
@@ -176,7 +176,7 @@ def _person(person: Field) -> PersonEntry:
 
 
 def _check_walk(person: Field, fields: dict[str, Field], does: str, has_route: bool) -> None:
-    """Refuse what says how somebody walks where they do not, or where their companion says it."""
+    """Refuse fields about walking for a person who does not walk or whose companion sets them."""
     if "with" in fields:
         for name in _OF_A_ROUTE:
             if name in fields:
@@ -217,7 +217,7 @@ def _interaction(interaction: Field) -> InteractionEntry:
 
 
 def _check_names(scene: SceneFile) -> None:
-    """Refuse names that are used twice, and that are used but not given."""
+    """Refuse names that are used twice, and names that are used but not defined."""
     known = {ROBOT, GOAL}
     for entity in (*scene.people, *scene.objects):
         if entity.name in known:

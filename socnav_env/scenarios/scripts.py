@@ -1,4 +1,4 @@
-"""The script of a scenario's episode: a warm-up that ends exactly where the scenario begins, and everyone's route."""
+"""The script of a scenario's episode: a warm-up that ends where the scenario begins, and people's routes."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from socnav_env.config import EnvConfig
 from socnav_env.layout import Ending, Script
 from socnav_env.scenarios.floor import Floor
 
-STANDING_BACK: Final = 0.01  # m of way behind somebody that counts as none
+STANDING_BACK: Final = 0.01  # m of free way behind a person that counts as none
 
 
 @dataclass(frozen=True)
 class Walk:
-    """How somebody goes on from the start.
+    """A person's walk from the start of the episode on.
 
-    speed: [m/s] at which they like to walk; NaN where that is drawn
+    speed: [m/s] desired speed; NaN: drawn
     under_way: whether they are walking when the episode begins
-    route: (num_places, 2) [m], empty for those who have none
-    delay: [s] for which they wait
+    route: (num_places, 2) [m], empty without a route
+    delay: [s] waiting time before the route
     """
 
     speed: float = math.nan
@@ -36,7 +36,7 @@ class Walk:
 def write_script(
     robot_pose: FloatArray, poses: FloatArray, walks: list[Walk], config: EnvConfig, floor: Floor
 ) -> Script:
-    """The script of a scene that says how it begins: the robot stood, and who is under way walked straight on.
+    """The script of a scene with a given start: in the warm-up the robot stands, and people under way walk straight.
 
     poses: (num_people, 3) at the start
     """
@@ -62,7 +62,7 @@ def write_script(
 
 
 def orders_of(walks: list[Walk]) -> dict[str, Any]:
-    """The arrays of a script that say how people go on."""
+    """The arrays of a script that hold people's walks."""
     longest = max((len(walk.route) for walk in walks), default=0)
     routes = np.full((len(walks), longest, 2), np.nan)
     for row, walk in zip(routes, walks, strict=True):

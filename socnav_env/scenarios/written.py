@@ -1,4 +1,4 @@
-"""Scenarios that a YAML file describes."""
+"""Scenarios described in a YAML file."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ from socnav_env.scenarios.schema import parse_scene
 
 @dataclass(frozen=True)
 class WrittenScenario:
-    """A scenario as a file has it; see `Scenario`."""
+    """A scenario from a YAML file; see `Scenario`."""
 
     name: str
     scene: SceneFile
 
     @classmethod
     def from_text(cls, text: str, name: str, file: str) -> Self:
-        """Read a file's text. file: what complaints call it. Raises `ConfigError` naming the place in the file."""
+        """Read a file's text. file: its name in errors. Raises `ConfigError` naming the place in the file."""
         return cls(name, parse_scene(text, file))
 
     @property
     def description(self) -> str:
-        """What happens in it."""
+        """The file's description."""
         return self.scene.description
 
     def adapt(self, config: EnvConfig) -> EnvConfig:
-        """The configuration with what the file sets itself."""
+        """The configuration with the file's own settings."""
         if not self.scene.overrides:
             return config
         try:
@@ -43,12 +43,12 @@ class WrittenScenario:
             raise ConfigError(f"{self.scene.file}: config: {error}") from None
 
     def draw(self, config: EnvConfig, rng: np.random.Generator) -> Layout:
-        """Draw what the file leaves open."""
+        """Draw a layout from the file's ranges."""
         return draw_layout(self.scene, config, rng)
 
 
 def _merged(values: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
-    """Nested dicts in which the overrides win."""
+    """Nested dicts in which the overrides take precedence."""
     merged = dict(values)
     for key, value in overrides.items():
         known = merged.get(key)

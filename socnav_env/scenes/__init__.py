@@ -1,4 +1,4 @@
-"""What an episode starts from, drawn at random: rooms, and who and what stands where.
+"""Initial layouts drawn at random: rooms, and the people and objects in them.
 
 May import `config`, `layout` and `geometry`.
 """

@@ -1,4 +1,4 @@
-"""How many people and objects of each sort a scene shall have."""
+"""Random numbers of people, objects and interactions in a scene."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from socnav_env.config import PopulationConfig
 
 
 class Counts(NamedTuple):
-    """How many of each there shall be.
+    """The numbers of people, objects and interactions in a scene.
 
     relations: one name for each interaction
-    walking_groups, circles: how many people are in each
+    walking_groups, circles: number of people in each
     """
 
     still: int
@@ -26,7 +26,7 @@ class Counts(NamedTuple):
 
 
 def draw_counts(population: PopulationConfig, rng: np.random.Generator) -> Counts:
-    """Draw every count from its range; what is off by default draws nothing where it is off."""
+    """Draw every count from its range; options that are off by default draw no random number while off."""
     limits = [population.still, population.wandering, population.tables, population.plants]
     limits.append(population.interactions)
     low, high = np.array(limits).T
@@ -53,7 +53,7 @@ def _draw_relations(population: PopulationConfig, count: int, rng: np.random.Gen
 
 
 def _draw_sizes(count: tuple[int, int], size: tuple[int, int], rng: np.random.Generator) -> tuple[int, ...]:
-    """Sizes of groups, as many as drawn."""
+    """The sizes of a random number of groups."""
     if count[1] == 0:
         return ()
     return tuple(rng.integers(size[0], size[1] + 1, rng.integers(count[0], count[1] + 1)).tolist())

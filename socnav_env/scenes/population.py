@@ -1,4 +1,4 @@
-"""Who and what stands where at the beginning: layouts as SONATA makes them, drawn at random."""
+"""Random initial layouts of people and objects, as SONATA makes them."""
 
 from __future__ import annotations
 
@@ -26,22 +26,22 @@ from socnav_env.scenes.circles import circle_poses, circle_radius
 from socnav_env.scenes.counts import Counts, draw_counts
 from socnav_env.scenes.rooms import CELL, is_reachable, sample_room
 
-CANDIDATES = 64  # places looked at for each entity before the population is drawn anew
-ROBOT_TRIES = 8  # starts and goals looked at
-SIGHT = 0.1  # m to both sides of the line between two who interact, which nothing stands on
+CANDIDATES = 64  # places tried for each entity before the population is drawn anew
+ROBOT_TRIES = 8  # starts and goals tried
+SIGHT = 0.1  # m of free space on both sides of the line between two who interact
 
 
 class _NoPlaceError(Exception):
-    """The entity named found no free place."""
+    """No free place was found for the entity named in the message."""
 
 
 def sample_layout(config: EnvConfig, rng: np.random.Generator) -> Layout:
-    """Draw a room, then people, objects, goal and robot, none in another's way, the goal within reach.
+    """Draw a room, then people, objects, goal and robot without overlap, the goal within the robot's reach.
 
-    A population that does not fit is drawn anew, by default counts included, so that small rooms hold fewer than
-    large ones; the room stays, so that each kind keeps its share.
+    A population that does not fit is drawn anew, by default with new counts, so that small rooms hold fewer people and
+    objects than large ones. The room stays, so that each kind keeps its share.
 
-    Raises `ConfigError` naming the room and what found no place, after `population.max_tries` populations.
+    Raises `ConfigError` naming the room and the entity without a place, after `population.max_tries` populations.
     """
     room = sample_room(config.room, rng)
     failures: Counter[str] = Counter()
@@ -62,7 +62,7 @@ def sample_layout(config: EnvConfig, rng: np.random.Generator) -> Layout:
 
 
 class _Draft:
-    """A layout in the making: every part is placed clear of the parts placed before."""
+    """A layout under construction; each part is placed clear of the parts placed before."""
 
     def __init__(self, room: Room, config: EnvConfig, rng: np.random.Generator):
         self.room, self.config, self.rng = room, config, rng
@@ -81,7 +81,7 @@ class _Draft:
         self.interactions: list[tuple[str, int, int]] = []  # relation, person, other person or object
 
     def populate(self, counts: Counts) -> Layout:
-        """Place everything, what is large first."""
+        """Place everything, the largest first."""
         for size in counts.circles:
             self._place_circle(size)
         for size in counts.walking_groups:
@@ -120,7 +120,7 @@ class _Draft:
         )
 
     def _anywhere(self) -> FloatArray:
-        """Candidates, (CANDIDATES, 2)."""
+        """Random candidate places, (CANDIDATES, 2)."""
         places: FloatArray = self.lower + self.extent * self.rng.random((CANDIDATES, 2))
         return places
 
@@ -144,7 +144,7 @@ class _Draft:
     def _free_pair(
         self, distances: tuple[float, float], margins: tuple[float, float], what: str, sight: float = SIGHT
     ) -> tuple[FloatArray, FloatArray]:
-        """Two free places as far apart as asked, nothing within `sight` [m] of the line between them."""
+        """Two free places at a distance in `distances` [m], nothing within `sight` [m] of the line between them."""
         firsts = self._anywhere()
         apart = self.rng.uniform(*distances, CANDIDATES)
         direction = self.rng.uniform(-math.pi, math.pi, CANDIDATES)
@@ -192,7 +192,7 @@ class _Draft:
     def _place_watcher(
         self, relation: str, size: tuple[float, float], kinds: tuple[ObjectKind, ...], what: str
     ) -> None:
-        """Someone in front of an object, facing it."""
+        """Place a person in front of an object, facing it."""
         margins = (_reach(size), self.config.people.clearance)
         distances = self.config.population.watching_distance
         place, person = self._free_pair(distances, margins, what)
@@ -218,7 +218,7 @@ class _Draft:
         self.interactions.append((TALKING, one, other))
 
     def _place_circle(self, size: int) -> None:
-        """People in a circle with nothing inside: an F-formation (Kendon 1990), its o-space in their middle."""
+        """Place people in a circle with nothing inside: an F-formation (Kendon 1990) around its o-space."""
         spacing = float(self.rng.uniform(*self.config.population.circle_spacing))
         radius = circle_radius(size, spacing)
         middle = self._free_place(radius + self.config.people.clearance, f"a circle of {size}")
@@ -228,7 +228,7 @@ class _Draft:
         self.interactions += [(TALKING, *pair) for pair in combinations(members, 2)]
 
     def _place_walking_group(self, size: int) -> None:
-        """People abreast, the same distance apart."""
+        """Place people abreast, at equal distances."""
         spacing = float(self.rng.uniform(*self.config.population.couple_distance))
         width, clearance = (size - 1) * spacing, self.config.people.clearance
         what = f"a walking group of {size}"
@@ -262,7 +262,7 @@ class _Draft:
         raise _NoPlaceError(f"a goal within the robot's reach and {robot.min_goal_distance:g} m away")
 
     def _is_way(self, start: FloatArray, goal: FloatArray, robot: RobotConfig) -> bool:
-        """Whether start and goal are far enough apart, and the robot can get there past those who stand."""
+        """Whether start and goal are far enough apart, and the robot can reach the goal past those who stand."""
         if math.dist(start, goal) < robot.min_goal_distance:
             return False
         discs, boxes = self.discs[: self.num_discs], self.boxes[: self.num_boxes]
@@ -278,7 +278,7 @@ _PLACING = {
     TALKING: _Draft._place_talkers,
     WALKING_TOGETHER: _Draft._place_couple,
 }
-_PLACING_ORDER = tuple(_PLACING)  # objects first, so that none is put between two who talk
+_PLACING_ORDER = tuple(_PLACING)  # objects first, so that none is placed between two who talk
 
 
 def _reach(size: tuple[float, float]) -> float:

@@ -1,4 +1,4 @@
-"""Rooms as SONATA makes them, and whether a robot can get through one."""
+"""Rooms as SONATA makes them, and a check of the robot's way through one."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from socnav_env.config import L_SHAPE, SQUARE, RoomConfig
 from socnav_env.geometry.distances import clearance
 from socnav_env.layout import Room
 
-CELL = 0.2  # m between the places at which the floor is examined
+CELL = 0.2  # m, grid spacing of the check for reachability
 NEIGHBOURS = ((1, 0), (0, 1), (-1, 0), (0, -1))
 
 
 def sample_room(config: RoomConfig, rng: np.random.Generator) -> Room:
-    """A room of one of the kinds asked for, its middle at the origin."""
+    """A random room of one of the configured kinds, centred at the origin."""
     room = _sample_upright(config, rng)
     if not config.turned:
         return room
@@ -48,7 +48,7 @@ def rectangular_room(length: float, breadth: float) -> Room:
 
 
 def l_room(unit: float) -> Room:
-    """A square room of three units without the corner of two units by one at the lower left [m]."""
+    """A square room of three by three units without the corner of two units by one at the lower left [m]."""
     near, far = unit / 2, 1.5 * unit
     return Room(np.array([[near, -far], [far, -far], [far, far], [-far, far], [-far, -near], [near, -near]]))
 
@@ -67,11 +67,11 @@ def is_reachable(
     discs: FloatArray,
     boxes: FloatArray,
 ) -> bool:
-    """Whether a round robot can get from `start` to less than `within` of `goal` past all that stands.
+    """Whether a round robot can get from `start` to less than `within` [m] of `goal` past all obstacles.
 
-    Floods a grid of places `CELL` apart that begins at `start`. A place counts as free where the robot has half a
-    cell of room to spare, so that it fits everywhere between two free neighbours; a way that is wider than the
-    robot by less than that is not found. `start` itself is taken as free.
+    Flood fill of a grid with spacing `CELL` that includes `start`. A place counts as free if the robot has half a cell
+    of extra clearance there, so that it fits everywhere between two free neighbours. Passages that leave less than that
+    are not found. `start` itself counts as free.
     """
     left, bottom = walls[:, 0].min(), walls[:, 1].min()
     before_x = math.floor((start[0] - left) / CELL)

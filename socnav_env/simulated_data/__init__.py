@@ -1,4 +1,4 @@
-"""Scenes to learn from, in bulk: a robot driven well and badly through simulated rooms.
+"""Training scenes in bulk: a robot driven well and badly through simulated rooms.
 
 May import `simulation`, `scenes` and what they are built of; no Gymnasium.
 """

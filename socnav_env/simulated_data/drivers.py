@@ -1,7 +1,7 @@
-"""Ways to drive the robot, good and bad, so that recorded scenes show the reward model both.
+"""Drivers of the robot, good and bad, so that training scenes show both.
 
 SocNav2's scenes were driven by an imperfect policy and by people with a joystick who sought out rare situations
-(reversing out of a block, waiting for people to pass). A driver here is a class with `command(world, rng)`, asked
+(reversing out of a block, waiting for people to pass). A driver here is a class with `command(world, rng)`, called
 once each control period; `DRIVERS` lists them.
 """
 
@@ -18,17 +18,17 @@ from socnav_env.simulation.world import World
 
 
 class Driver(Protocol):
-    """Drives one robot through one scene; it may remember what it did."""
+    """Drives one robot through one scene; it may keep a state."""
 
     def __init__(self, rng: np.random.Generator) -> None: ...
 
     def command(self, world: World, rng: np.random.Generator) -> FloatArray:
-        """(3,) forward speed [m/s], speed to the left [m/s] and turn rate [rad/s]."""
+        """The command: (3,) forward speed [m/s], speed to the left [m/s] and turn rate [rad/s]."""
         ...
 
 
 class GoalSeeker:
-    """Turns to the goal and drives there straight, through whoever is in the way."""
+    """Turns to the goal and drives straight there, without avoiding people."""
 
     def __init__(self, rng: np.random.Generator) -> None:
         self._speed = rng.uniform(0.3, 1.0)
@@ -47,7 +47,7 @@ class PoliteSeeker(GoalSeeker):
         self._distance = rng.uniform(0.4, 1.5)  # m between surfaces
 
     def command(self, world: World, rng: np.random.Generator) -> FloatArray:
-        """Drive to the goal, or stand for as long as someone is close ahead."""
+        """Drive towards the goal, or stand while a person is close ahead."""
         command = super().command(world, rng)
         if _someone_ahead(world, self._distance):
             command[0] = 0.0
@@ -58,7 +58,7 @@ class Chaser(GoalSeeker):
     """Drives at the nearest person."""
 
     def command(self, world: World, rng: np.random.Generator) -> FloatArray:
-        """Drive towards whoever is nearest; towards the goal in an empty room."""
+        """Drive towards the nearest person; towards the goal in an empty room."""
         people = world.people_poses[:, :2]
         if not len(people):
             return super().command(world, rng)
@@ -76,7 +76,7 @@ class Fugitive(GoalSeeker):
 
 
 class Cruiser:
-    """Drives straight on or along a wide arc, wherever that leads: past the goal, up to a wall."""
+    """Drives straight on or along a wide arc: past the goal, up to a wall."""
 
     def __init__(self, rng: np.random.Generator) -> None:
         self._forward, self._turn = rng.uniform(0.3, 1.0), rng.normal(0.0, 0.1)
@@ -88,7 +88,7 @@ class Cruiser:
 
 
 class Reverser:
-    """Backs up, steering now and then; by joystick this is how a robot leaves a dead end."""
+    """Drives backwards and steers now and then, as people with a joystick leave a dead end."""
 
     def __init__(self, rng: np.random.Generator) -> None:
         self._speed = rng.uniform(0.3, 1.0)
@@ -147,12 +147,12 @@ DRIVERS: Final[dict[str, type[Driver]]] = {
 
 
 def _command(forward: float, turn: float) -> FloatArray:
-    """What every drive understands: no driver here goes sideways."""
+    """A command without sideways speed, which every drive accepts."""
     return np.array([forward, 0.0, turn])
 
 
 def _towards(world: World, place: FloatArray, speed: float, error: float) -> FloatArray:
-    """Turn to a place and drive, slower the more it lies to the side. speed: share of the robot's fastest."""
+    """Turn to a place and drive, slower the more it lies to the side. speed: share of the robot's top speed."""
     robot = world.config.robot
     bearing = _bearing(world, place)
     forward = speed * max(0.0, math.cos(bearing)) ** 2

@@ -1,7 +1,7 @@
-"""Simulated sequences as files, in bulk: a folder of SocNav2 JSON files with a manifest that says how they were made.
+"""Simulated sequences as files, in bulk: a folder of SocNav2 JSON files with a manifest of their origin.
 
-Every file appears complete or not at all, and depends on the seed and its number alone. Whatever breaks a run off, the
-next one with the same settings makes what is missing.
+Every file appears complete or not at all, and depends on the seed and its number alone. After a broken-off run, the
+next one with the same settings makes the missing files.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ MANIFEST: Final = "manifest.json"
 FORMAT: Final = "socnav2-simulated-sequences"
 FORMAT_VERSION: Final = 1
 BACKENDS: Final = ("loky", "ray")
-ROUND: Final = 16  # sequences for each process, after which they are written
+ROUND: Final = 16  # sequences per process between two writes
 
 
 class GenerationError(Exception):
-    """A run was broken off; the message says why, and that what is finished stays."""
+    """A run was broken off; the message gives the reason and says that finished files stay."""
 
 
 def generate_sequences(
@@ -41,11 +41,11 @@ def generate_sequences(
     address: str | None = None,
     report: Callable[[int], object] = lambda count: None,
 ) -> int:
-    """Write what is missing of sequences 0 to `num_sequences` - 1 and return how many that were.
+    """Write the missing ones of sequences 0 to `num_sequences` - 1 and return their number.
 
-    jobs: processes, which make no difference to the result
-    backend: joblib's, of `BACKENDS`; address: of a Ray cluster, None for one on this machine
-    report: is told how many are finished, first those of earlier runs, then of every round
+    jobs: number of processes, on which the result does not depend
+    backend: joblib's, from `BACKENDS`; address: of a Ray cluster, None: one on this machine
+    report: called with the number of finished sequences, first of earlier runs, then of every round
 
     Raises `ValueError` where the folder holds sequences of other settings or the backend is not installed, and
     `GenerationError` where a process was killed or a file could not be written.
@@ -105,7 +105,7 @@ def _manifest(num_sequences: int, seed: int) -> dict[str, Any]:
 
 
 def _take_folder(folder: Path, manifest: dict[str, Any]) -> None:
-    """Write the manifest; refuse a folder whose sequences were made otherwise, or nobody knows how."""
+    """Write the manifest; refuse a folder whose sequences have other or unknown settings."""
     path = folder / MANIFEST
     if not path.exists():
         if any(folder.glob("sequence-*.json")):
@@ -138,7 +138,7 @@ def _compare(path: Path, known: dict[str, Any], manifest: dict[str, Any]) -> Non
 
 @contextlib.contextmanager
 def _parallel(jobs: int, backend: str, address: str | None) -> Iterator[None]:
-    """Let joblib use a backend, and a cluster where one is named."""
+    """Let joblib use a backend, and a cluster if one is named."""
     if backend not in BACKENDS:
         raise ValueError(f"backend must be one of {', '.join(BACKENDS)}, got {backend!r}")
     if backend != "ray":

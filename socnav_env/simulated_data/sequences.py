@@ -1,8 +1,8 @@
-"""One simulated scene in the form of SocNav2's samples: 35 snapshots of four seconds with a robot that somebody drives.
+"""Simulated scenes in the form of SocNav2's samples: 35 snapshots over four seconds with a driven robot.
 
 SONATA's robot was driven by an imperfect policy, and by people with a joystick who added rare situations;
-`DRIVER_SHARES` says how often which of our drivers stands for them. Snapshots are 0.1 or 0.2 s apart, as genuine
-ones are.
+`DRIVER_SHARES` is how often each of our drivers stands in for them. Snapshots are 0.1 or 0.2 s apart, as in the
+genuine ones.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from socnav_env.simulation.world import World
 
 SNAPSHOTS: Final = 35
 PERIOD: Final = 0.1  # s
-PERIODS: Final = 40  # from the first snapshot to the last, so that some of the intervals are twice as long
-LONGEST_PRELUDE: Final = 60  # periods that the robot has been driven before the first snapshot
-HELD: Final = 2  # periods for which drivers, who decide five times a second, hold a command
-CROWDED_SHARE: Final = 0.5  # of scenes, which have up to as many people and objects as SocNav2's fullest
+PERIODS: Final = 40  # from the first snapshot to the last, so that some intervals are twice as long
+LONGEST_PRELUDE: Final = 60  # maximum number of driven periods before the first snapshot
+HELD: Final = 2  # periods for which a driver, who decides five times a second, holds a command
+CROWDED_SHARE: Final = 0.5  # of scenes, with up to as many people and objects as SocNav2's fullest
 DRIVER_SHARES: Final = MappingProxyType(
     {
         "goal": 0.2,
@@ -45,14 +45,14 @@ DRIVER_SHARES: Final = MappingProxyType(
 
 @dataclass(frozen=True)
 class Plan:
-    """What is known of a sequence before it is simulated."""
+    """The settings of a sequence, drawn before it is simulated."""
 
     driver: str
     crowded: bool
 
 
 def settings() -> dict[str, Any]:
-    """All that a sequence depends on besides its seed and the versions in use, as JSON can hold it."""
+    """All settings that a sequence depends on, besides its seed and the versions in use, as JSON values."""
     return {
         "snapshots": SNAPSHOTS,
         "duration": PERIOD * PERIODS,
@@ -64,12 +64,12 @@ def settings() -> dict[str, Any]:
 
 
 def plan_sequence(seed: int, index: int) -> Plan:
-    """Who drives in which kind of scene."""
+    """The driver and the kind of scene of a sequence."""
     return _plan(_generator(seed, index))
 
 
 def simulate_sequence(seed: int, index: int) -> SceneSequence:
-    """Simulate sequence `index` of a seed; the same whichever others are simulated, and where."""
+    """Simulate sequence `index` of a seed; the result does not depend on other sequences or the process."""
     rng = _generator(seed, index)
     plan = _plan(rng)
     config = _config(plan.crowded)
@@ -99,7 +99,7 @@ def _plan(rng: np.random.Generator) -> Plan:
 
 
 def _chosen_periods(rng: np.random.Generator) -> set[int]:
-    """The first period, the last, and as many between as make `SNAPSHOTS`, no two left out next to each other."""
+    """The first period, the last, and as many between as make `SNAPSHOTS`, no two adjacent ones left out."""
     num_left_out = PERIODS + 1 - SNAPSHOTS
     apart = np.sort(rng.choice(PERIODS - num_left_out, num_left_out, replace=False))
     return set(range(PERIODS + 1)) - set((1 + apart + np.arange(num_left_out)).tolist())
@@ -110,7 +110,7 @@ def _config(crowded: bool) -> EnvConfig:
 
 
 def _retimed(snapshots: list[Snapshot], name: str) -> SceneSequence:
-    """The snapshots as a recording of its own: it begins at 0 s, and velocities are those since the one before."""
+    """The snapshots as a recording that begins at 0 s; velocities are those since the previous snapshot."""
     start, earlier = snapshots[0].timestamp, snapshots[0]
     retimed: list[Snapshot] = []
     for now in snapshots:

@@ -1,4 +1,4 @@
-"""Scenes in bulk: windows of simulated episodes under drivers of all kinds, the same for any number of jobs."""
+"""Training windows in bulk: simulated episodes with all drivers, the same for any number of jobs."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _SWITCH: Final = 0.02  # chance, each control period, that another driver takes 
 _INTERVALS: Final = (0.1, 0.2)  # s, range of the genuine recordings' snapshot spacing
 _REVERSED_WALLS: Final = 0.15  # share of windows
 
-# As many people and objects as SocNav2's scenes have (up to 14 and 11), more often than by default.
+# As many people and objects as in SocNav2's scenes (up to 14 and 11), more often than by default.
 CROWDED: Final = PopulationConfig(still=(0, 6), wandering=(0, 6), tables=(0, 3), plants=(0, 3), interactions=(0, 3))
 
 
@@ -52,12 +52,12 @@ def _episode(rng: np.random.Generator) -> list[list[FrameGraph]]:
     for _ in range(config.warm_up_steps):
         world.advance(STANDING)
         recorder.record()
-    driver = _any_driver(rng)
+    driver = _random_driver(rng)
     chosen = set(rng.choice(_EPISODE_STEPS, WINDOWS_PER_EPISODE, replace=False).tolist())
     windows = []
     for step in range(_EPISODE_STEPS):
         if rng.random() < _SWITCH:
-            driver = _any_driver(rng)
+            driver = _random_driver(rng)
         world.advance(driver.command(world, rng))
         recorder.record()
         if step in chosen:
@@ -65,14 +65,14 @@ def _episode(rng: np.random.Generator) -> list[list[FrameGraph]]:
     return windows
 
 
-def _any_driver(rng: np.random.Generator) -> Driver:
+def _random_driver(rng: np.random.Generator) -> Driver:
     return list(DRIVERS.values())[rng.integers(len(DRIVERS))](rng)
 
 
 def _window(snapshots: tuple[Snapshot, ...], rng: np.random.Generator) -> list[FrameGraph]:
-    """The window of the last snapshots, at times made to vary as recordings do.
+    """The window of the last snapshots, with times that vary as in recordings.
 
-    Half of them as if recorded at another rate, some with their walls the other way round, as in mirrored scenes.
+    Half of the windows are as if recorded at another rate; some have walls in reverse order, as in mirrored scenes.
     """
     chosen = [snapshots[index] for index in select_window([each.timestamp for each in snapshots])]
     if rng.random() < 0.5:

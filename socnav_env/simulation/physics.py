@@ -1,8 +1,8 @@
-"""The bodies of a world and pymunk's space that keeps them apart. Nothing but this module imports pymunk.
+"""The bodies of a world and pymunk's space that keeps them apart. Only this module imports pymunk.
 
-A control period has several physics steps, each of which writes and reads all bodies. From Python that costs several
-times what Chipmunk takes itself, so compiled code calls the very functions of Chipmunk that `pymunk.Space.step` and
-`pymunk.batch` call, by their addresses.
+A control period has several physics steps, each of which writes and reads all bodies. From Python that takes several
+times as long as Chipmunk's own work, so compiled code calls the same Chipmunk functions as `pymunk.Space.step` and
+`pymunk.batch`, by their addresses.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from socnav_env.config import EnvConfig
 from socnav_env.people.walkers import Surroundings
 
 ROBOT, PERSON, OBJECT, WALL = 1, 2, 3, 4  # pymunk's collision types
-BODY_MASS = 1.0  # kg, the robot's and everyone's: where bodies touch, both give way
+BODY_MASS = 1.0  # kg, the same for all: in a contact both give way
 SLOP = 0.001  # m by which bodies may overlap at rest
 OVERLAP_KEPT = 0.3  # share of an overlap that is left after a physics step
 READ: Final = BodyFields.POSITION | BodyFields.ANGLE | BodyFields.VELOCITY | BodyFields.ANGULAR_VELOCITY
@@ -32,13 +32,13 @@ _STEP, _EACH_BODY, _GET, _SET, _SPACE, _READING, _WRITING = range(7)  # places i
 
 
 class Bodies(NamedTuple):
-    """The bodies of a space, for compiled code and as long as their `Physics` is kept; the robot's is the last one.
+    """The bodies of a space, for compiled code, valid as long as their `Physics` exists; the robot is the last one.
 
     states: (num_bodies, 6) x, y, heading, vx, vy, turn rate, read from pymunk after each step
     velocities: (num_bodies, 3) vx, vy, turn rate, to be set before each step
-    touched: by pymunk's collision types, whether the robot touched such a thing; set during a step, never cleared
-    addresses: of Chipmunk's functions and of what they are given
-    read, written: (1,) how far Chipmunk has come in its buffers
+    touched: whether the robot touched a body, by pymunk's collision type; set during a step, never cleared
+    addresses: of Chipmunk's functions and of their arguments
+    read, written: (1,) Chipmunk's position in its buffers
     """
 
     states: FloatArray
@@ -52,7 +52,7 @@ class Bodies(NamedTuple):
 class Physics:
     """The pymunk space: bodies for the robot and those who walk, fixed shapes for all else.
 
-    num_walkers: how many walk
+    num_walkers: number of people who walk
     """
 
     def __init__(self, num_walkers: int, config: EnvConfig) -> None:
@@ -78,10 +78,10 @@ class Physics:
             written=velocities.progress,
         )
         self._report_touches(self.bodies.touched)
-        weakref.finalize(self, _take_apart, self._space).atexit = False
+        weakref.finalize(self, _free_space, self._space).atexit = False
 
     def fill(self, groups: IntArray, around: Surroundings) -> None:
-        """Put the bodies where `bodies.states` says, and everything around them. groups: (num_walkers,)."""
+        """Add the bodies at `bodies.states`, and everything around them. groups: (num_walkers,)."""
         *walkers, robot = self.bodies.states
         for row, group in zip(walkers, groups, strict=True):
             # People of one group walk shoulder to shoulder: they do not collide with each other.
@@ -119,15 +119,15 @@ class Physics:
 
 
 class _Exchange:
-    """An array that Chipmunk reads or writes, a row for each body, as `pymunk.batch.Buffer` is one.
+    """An array that Chipmunk reads or writes, one row per body, like `pymunk.batch.Buffer`.
 
-    rows: (num_bodies, width) what is exchanged
-    progress: (1,) how many numbers have been; Chipmunk goes on from there
-    data: what its iterators are given
+    rows: (num_bodies, width) the values
+    progress: (1,) the number of values exchanged; Chipmunk continues after them
+    data: argument of Chipmunk's iterators
     """
 
     def __init__(self, fields: BodyFields, num_bodies: int, width: int) -> None:
-        # pymunk has one more, which is fixed; and Chipmunk moves an array as soon as it is full.
+        # One row for pymunk's own fixed body, and one more since Chipmunk moves an array as soon as it is full.
         numbers = np.zeros((num_bodies + 2, width))
         self._array = ffi.new("pmFloatArray *")
         self._array.arr, self._array.max = ffi.cast("double *", numbers.ctypes.data), numbers.size
@@ -138,15 +138,15 @@ class _Exchange:
         self.data.fields, self.data.floatArray = fields.value, self._array
 
 
-def _take_apart(space: pymunk.Space) -> None:
-    """Free a space at once: its parts keep themselves and each other until Python looks for cycles, which is seldom."""
+def _free_space(space: pymunk.Space) -> None:
+    """Free a space at once: its parts refer to each other, and Python seldom collects cycles."""
     for part in (*space._handlers.values(), *space.shapes, *space.bodies, space.static_body):
         vars(part).clear()
 
 
 @njit
 def physics_step(bodies: Bodies, duration: float) -> None:
-    """Set all velocities, simulate for a duration [s], and read back states."""
+    """Set all velocities, simulate for `duration` [s], and read back the states."""
     addresses = bodies.addresses
     bodies.written[0] = 0
     call_with_pointers(addresses[_EACH_BODY], addresses[_SPACE], addresses[_SET], addresses[_WRITING])

@@ -1,4 +1,4 @@
-"""From the world to what the reward model reads: snapshots in the robot's frame, and the window of the last seconds."""
+"""The reward model's input from the world: snapshots in the robot's frame, and the window of the last seconds."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ if TYPE_CHECKING:
 
 
 class _Scene(NamedTuple):
-    """What stays while an episode lasts.
+    """The parts of a scene that stay the same during an episode.
 
     ids: (num_entities,) of people, then of objects
-    objects: (num_objects, 3) their poses in the room's frame; sizes: (num_objects, 2)
+    objects: (num_objects, 3) poses in the room's frame; sizes: (num_objects, 2)
     goal: (2,); corners: (num_walls, 2)
-    segments: (num_walls,) as `wall_segments` has it
+    segments: (num_walls,) as in `wall_segments`
     pairs: (num_interactions, 2) ids
     """
 
@@ -43,7 +43,7 @@ class _Scene(NamedTuple):
 
 
 class _State(NamedTuple):
-    """What has changed until a moment; see `World`."""
+    """The parts of a scene that change; see `World`."""
 
     time: float
     command: FloatArray
@@ -55,8 +55,8 @@ class _State(NamedTuple):
 class Recorder:
     """Takes snapshots of one episode's world and keeps those that a window can still need.
 
-    The first one is taken when the recorder is made; like the first of every recorded sequence it has no
-    velocities. Each moment becomes a frame graph once, which all windows share, and a `Snapshot` when asked for.
+    The first one is taken on construction; like the first of every recorded sequence it has no velocities. Each moment
+    becomes a frame graph once, which all windows share, and a `Snapshot` on demand.
 
     control_period: [s] between two snapshots
     Raises `ScenarioError` where two objects interact.
@@ -66,7 +66,7 @@ class Recorder:
         layout = world.layout
         self._world = world
         self._control_period = control_period
-        # SocNav2's recordings list walls clockwise, and the published network's answers depend on it.
+        # SocNav2's recordings list walls clockwise, and the published network's scores depend on it.
         corners = np.ascontiguousarray(layout.room.corners[::-1])
         self._scene = _Scene(
             ids=np.arange(1, layout.num_people + layout.num_objects + 1),
@@ -79,13 +79,13 @@ class Recorder:
         )
         capacity = frames_per_window(control_period)
         self._ages = range(0, capacity, (capacity - 1) // (NUM_FRAMES - 1))  # in control periods
-        self._states: deque[_State] = deque([self._state()], maxlen=capacity + 1)  # with the one before the first
+        self._states: deque[_State] = deque([self._state()], maxlen=capacity + 1)  # including the one before the first
         self._frames: deque[FrameGraph] = deque(maxlen=capacity)
         self.record()
         check_links(self._frames[0])
 
     def record(self) -> None:
-        """Take a snapshot of the world as it is now; once after every control period."""
+        """Take a snapshot of the world, once after every control period."""
         earlier, now = self._states[-1], self._state()
         if now.interactions is not earlier.interactions:
             self._scene = self._scene._replace(pairs=now.interactions.pairs + 1)
@@ -103,13 +103,13 @@ class Recorder:
 
     @property
     def snapshots(self) -> tuple[Snapshot, ...]:
-        """The last two seconds and a little, oldest first."""
+        """Snapshots of slightly more than the last two seconds, oldest first."""
         return tuple(self._snapshot(earlier, now) for earlier, now in pairwise(self._states))
 
     def window(self) -> list[FrameGraph]:
-        """The frames that the last second is judged by: up to three, a second apart, newest first.
+        """The frames scored for the last second: up to three, a second apart, newest first.
 
-        Those that `select_window` names: snapshots come at one rate, so it is always the same places.
+        They are those of `select_window`; snapshots come at one rate, so their indices are always the same.
         """
         return [self._frames[-1 - age] for age in self._ages if age < len(self._frames)]
 
@@ -146,7 +146,7 @@ def _frame(
     command: FloatArray,
     duration: float,
 ) -> Int32Array:
-    """What `frame_graph` makes of the snapshot of a moment."""
+    """The words of the frame graph that `frame_graph` makes of the snapshot of a moment."""
     poses, goal, walls = _seen_from(scene, robot, people)
     velocities = pose_rates(_seen_from(scene, robot_before, people_before)[0], poses, duration)
     num_people = len(people)
@@ -165,7 +165,7 @@ def _frame(
 
 @njit
 def _seen_from(scene: _Scene, robot: FloatArray, people: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """In the robot's frame: people's poses, then objects', (n, 3); the goal, (2,); the walls, (n, 4)."""
+    """The scene in the robot's frame: poses of people, then objects, (n, 3); the goal, (2,); the walls, (n, 4)."""
     poses = np.empty((len(people) + len(scene.objects), 3))
     poses[: len(people)], poses[len(people) :] = people, scene.objects
     walls = closed_lines(points_in_frame(robot, scene.corners))
@@ -173,5 +173,5 @@ def _seen_from(scene: _Scene, robot: FloatArray, people: FloatArray) -> tuple[Fl
 
 
 def frames_per_window(control_period: float) -> int:
-    """How many snapshots, one each control period [s], a window reaches across."""
+    """The number of snapshots, one each control period [s], that a window spans."""
     return (NUM_FRAMES - 1) * math.ceil(FRAME_SPACING / control_period - 1e-6) + 1

@@ -1,4 +1,4 @@
-"""A world's physics steps, compiled: people walk, the robot drives, bodies move."""
+"""Compiled physics steps of a world: people walk, the robot drives, bodies move."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def simulate(
     around: Surroundings,
     habits: Habits,
 ) -> None:
-    """Take so many physics steps of so many seconds; see `walk` for what is needed of people."""
+    """Simulate `count` physics steps of `step` seconds; see `walk` for the arguments about people."""
     for _ in range(count):
         walk(step, bodies.states, walkers, stop_distance, notice, around, habits, bodies.velocities)
         move(step, bodies, motion)
@@ -35,14 +35,14 @@ def simulate(
 
 @njit
 def move(step: float, bodies: Bodies, motion: Motion) -> None:
-    """Take a physics step, the robot as its motors drive it and people as they walk."""
+    """Simulate a physics step, with the robot driven by its motors and people walking."""
     _drive(step, bodies, motion)
     physics_step(bodies, step)
 
 
 @njit
 def _drive(step: float, bodies: Bodies, motion: Motion) -> None:
-    """Set the robot's velocity: along the heading that it has halfway through the step, none once it touches."""
+    """Set the robot's velocity: along its heading halfway through the step, zero once it touches something."""
     if bodies.touched.any():
         motion.velocity[:] = 0.0
         bodies.velocities[-1] = 0.0
@@ -61,8 +61,8 @@ def state_of(
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """The robot's pose and velocity, (3,), and people's, (num_people, 3).
 
-    bodies: (num_walkers + 1, 6) as pymunk has them, the robot last; before: (num_walkers + 1, 3) a period ago
-    walkers: (num_walkers,) which people walk; standing: (num_people, 3) where the others are
+    bodies: (num_walkers + 1, 6) as in pymunk, the robot last; before: (num_walkers + 1, 3) a period ago
+    walkers: (num_walkers,) index of each walker; standing: (num_people, 3) poses of the others
     """
     poses, velocities = standing.copy(), np.zeros_like(standing)
     for row in range(len(walkers)):

@@ -1,4 +1,4 @@
-"""The simulated world of one episode: a robot and people who walk, kept apart by pymunk's physics.
+"""The simulated world of one episode: a robot and walking people, kept apart by pymunk's physics.
 
 World frame: SI units, REP-103.
 """
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Contacts:
-    """What the robot touched during the last control period."""
+    """The robot's contacts during the last control period."""
 
     person: bool = False
     object: bool = False
@@ -45,9 +45,9 @@ class Contacts:
 
 
 class WorldState(NamedTuple):
-    """Where everyone is at one moment, and how fast they were on the way to it: not to be written to.
+    """Poses at one moment and the mean velocities over the control period before it; read-only.
 
-    Another moment has other arrays. See the properties of `World` that are named so.
+    Every moment has new arrays. See the properties of `World` with the same names.
     """
 
     robot_pose: FloatArray
@@ -57,17 +57,17 @@ class WorldState(NamedTuple):
 
 
 class World:
-    """One episode's world; it begins `config.warm_up` seconds before the episode.
+    """The world of one episode; it begins `config.warm_up` seconds before the episode.
 
-    While the time is negative everyone gives way to the robot, which then stands, whatever `robot_visibility`
-    says: nobody can walk into it before it may act. A scenario's script tells what happened then instead.
+    During the warm-up, while the time is negative, everyone gives way to the standing robot, whatever
+    `robot_visibility` is, so that nobody walks into it before it can act. In a scenario the script gives the warm-up.
 
-    Arrays that a world returns are copies, those of its state excepted.
+    Returned arrays are copies, except those of the state.
 
-    state: where everyone is now, for who asks often
+    state: the current poses and velocities, for frequent use
 
-    random_state: of the generator when the world was made; with the layout and the configuration it says
-        everything about the world to come
+    random_state: of the generator when the world was created; with the layout, the configuration and the commands it
+        determines the simulation
     """
 
     def __init__(self, layout: Layout, config: EnvConfig, rng: np.random.Generator):
@@ -75,7 +75,7 @@ class World:
         self._interactions = interactions_of(layout)
         self.random_state = rng.bit_generator.state
         self._periods = -config.warm_up_steps
-        self._walks = self._who_walks()
+        self._walks = self._walker_mask()
         self._walker_rows = np.flatnonzero(self._walks)
         self._walls = layout.room.walls
         self._boxes = boxes_of(layout.object_poses, layout.object_sizes)
@@ -100,16 +100,16 @@ class World:
         self._routes: Routes | None = None
         self._read()
         if layout.script is not None:
-            self._take_up(layout.script)
+            self._start_script(layout.script)
 
     def advance(self, command: FloatArray) -> None:
         """Simulate one control period.
 
         command: (3,) forward speed [m/s], speed to the left [m/s] and turn rate [rad/s] of the robot. It stops for
-        the rest of the period where it touches something.
+        the rest of the period if it touches something.
         """
         if self.layout.script is not None and self._periods < 0:
-            self._recall(self.layout.script)
+            self._replay_script(self.layout.script)
             return
         self._command = np.array(command, dtype=np.float64)
         self._motors.command(self._command, self._rng)
@@ -123,7 +123,7 @@ class World:
             self._conversations.update(row, self._walkers, self._bodies, self._around, self._rng)
         if anyone_needs_target(self._walkers.time_left, self._walkers.blocked, people.patience):
             needed, places = in_need_of_target(self._walkers, people.patience), self._bodies[:-1, :2]
-            pick_targets(needed, self._walkers, places, self.layout, self._off_limits(), self.config, self._rng)
+            pick_targets(needed, self._walkers, places, self.layout, self._target_obstacles(), self.config, self._rng)
         notice = 1.0 if self._periods < 0 else people.robot_visibility
         self._simulate(notice)
         self._periods += 1
@@ -131,22 +131,22 @@ class World:
 
     @property
     def time(self) -> float:
-        """Since the episode began; negative during the warm-up [s]."""
+        """Time since the episode began [s]; negative during the warm-up."""
         return self._periods * self.config.control_period
 
     @property
     def command(self) -> FloatArray:
-        """What the robot was last told: (3,) forward [m/s], to the left [m/s], turn rate [rad/s]."""
+        """The robot's last command: (3,) forward [m/s], to the left [m/s], turn rate [rad/s]."""
         return self._command.copy()
 
     @property
     def robot_radius(self) -> float:
-        """[m]."""
+        """Radius of the robot [m]."""
         return self.config.robot.radius
 
     @property
     def people_radius(self) -> float:
-        """[m]."""
+        """Radius of people [m]."""
         return self.config.people.radius
 
     @property
@@ -171,52 +171,52 @@ class World:
 
     @property
     def people_targets(self) -> FloatArray:
-        """(num_people, 2) where people walk to; those who stand have their own place [m]."""
+        """(num_people, 2) targets of people [m]; for those who stand, their own position."""
         targets = self.layout.people_poses[:, :2].copy()
         targets[self._walker_rows] = self._walkers.target
         return targets
 
     @property
     def interactions(self) -> InteractionPairs:
-        """Who interacts now: the same object until that changes, not to be written to."""
+        """The current interactions: the same object until they change, read-only."""
         return self._interactions if self._conversations is None else self._conversations.interactions
 
     @property
     def interaction_changes(self) -> IntArray:
-        """(num_changes, 4) who has begun or ended to talk with whom; see `Trajectory`."""
+        """(num_changes, 4) pairs that have begun or ended to talk; see `Trajectory`."""
         changes = [] if self._conversations is None else self._conversations.changes
         return np.array(changes, dtype=np.int64).reshape(-1, 4)
 
     @property
     def contacts(self) -> Contacts:
-        """What the robot touched during the last control period."""
+        """The robot's contacts during the last control period."""
         _, _, person, obstacle, wall = self._touched.tolist()
         return Contacts(person, obstacle, wall)
 
     def clearance_to_people(self) -> FloatArray:
-        """(num_people,) from the robot's surface to each person's; negative where they overlap [m]."""
+        """(num_people,) distance from the robot's surface to each person's [m]; negative if they overlap."""
         apart = self.people_poses[:, :2] - self._bodies[-1, :2]
         clearance: FloatArray = np.hypot(apart[:, 0], apart[:, 1]) - self.robot_radius - self.people_radius
         return clearance
 
     def clearance_to_objects(self) -> FloatArray:
-        """(num_objects,) from the robot's surface to each object's; negative where they overlap [m]."""
+        """(num_objects,) distance from the robot's surface to each object's [m]; negative if they overlap."""
         x, y = self._bodies[-1, :2]
         return box_distances(x, y, self._boxes) - self.robot_radius
 
     def clearance_to_walls(self) -> FloatArray:
-        """(num_walls,) from the robot's surface to each wall; negative where they overlap [m]."""
+        """(num_walls,) distance from the robot's surface to each wall [m]; negative if they overlap."""
         x, y = self._bodies[-1, :2]
         return wall_distances(x, y, self._walls) - self.robot_radius
 
     def obstacles(self) -> Surroundings:
-        """Everything that stops a ray: walls, people as discs, and objects as boxes; not to be written to."""
+        """Everything that stops a ray: walls, people as discs, and objects as boxes; read-only."""
         discs = self.people_poses
         discs[:, 2] = self.people_radius
         return Surroundings(self._walls, discs, self._boxes)
 
     def distance_to_goal(self) -> float:
-        """From the robot's centre [m]."""
+        """Distance from the robot's centre to the goal [m]."""
         return math.dist(self.state.robot_pose[:2].tolist(), self.layout.goal.tolist())
 
     def arrived(self) -> bool:
@@ -224,12 +224,12 @@ class World:
         return self.distance_to_goal() < self.config.robot.arrival_radius
 
     def _read(self) -> None:
-        """Note poses and velocities as they are after a control period: they are asked for many times."""
+        """Store poses and velocities after a control period, since they are read many times."""
         standing, period = self.layout.people_poses, self.config.control_period
         self.state = WorldState(*state_of(self._bodies, self._before, self._walker_rows, standing, period))
 
-    def _take_up(self, script: Script) -> None:
-        """Begin where a scenario's warm-up begins; bodies are where they will be when the episode does."""
+    def _start_script(self, script: Script) -> None:
+        """Start with a scenario's warm-up; bodies already have their poses at the start of the episode."""
         self._routes = Routes(script, self._walks)
         self._bodies[:-1, 3:6] = script.velocities[self._walks]
         speeds = script.speeds[self._walks]
@@ -237,8 +237,8 @@ class World:
         poses = script.robot_poses[0].copy(), script.people_poses[0].copy()
         self.state = WorldState(poses[0], np.zeros(3), poses[1], script.velocities.copy())
 
-    def _recall(self, script: Script) -> None:
-        """Let a control period of the warm-up pass as the script tells it."""
+    def _replay_script(self, script: Script) -> None:
+        """Advance by one control period of the warm-up in the script."""
         row, period = self._periods + self.config.warm_up_steps, self.config.control_period
         self._periods += 1
         self._command = script.commands[row].copy()
@@ -248,7 +248,7 @@ class World:
         self.state = WorldState(robot[1].copy(), velocities[0], people[1].copy(), velocities[1])
 
     def _simulate(self, notice: float) -> None:
-        """Take the physics steps of a control period; `notice`: 0..1, of the robot by people."""
+        """Simulate the physics steps of a control period; `notice`: 0..1, visibility of the robot to people."""
         count, step = self.config.substeps, self.config.physics_step
         stop_distance = notice * self.config.people.stop_distance
         bodies, motion, walkers = self._physics.bodies, self._motors.motion, self._walkers
@@ -267,7 +267,7 @@ class World:
         config = self.config
         return OrcaWalk(config.people, config.robot.radius, self._around, len(self._walker_rows), config.physics_step)
 
-    def _who_walks(self) -> BoolArray:
+    def _walker_mask(self) -> BoolArray:
         if self.config.people.model == STAND:
             return np.zeros(self.layout.num_people, dtype=np.bool_)
         if self._conversations_change():
@@ -275,7 +275,7 @@ class World:
         return self.layout.people_walk
 
     def _conversations_change(self) -> bool:
-        """A scenario's people do what its script says instead."""
+        """Whether people join and leave conversations; in a scenario they follow its script instead."""
         config = self.config
         return config.population.conversations.change and config.people.model != STAND and self.layout.script is None
 
@@ -284,8 +284,8 @@ class World:
             return None
         return Conversations(self.layout, self.config, self._walker_rows, self._walkers, self._bodies[:-1, :3])
 
-    def _off_limits(self) -> Surroundings:
-        """What nobody picks a target in or beyond: all that stands, and the space between three or more who talk."""
+    def _target_obstacles(self) -> Surroundings:
+        """Obstacles to targets: everything that stands, and the space between three or more who talk."""
         discs = [self._around.discs, circles_of(self.interactions, self.state.people_poses)]
         if self._conversations is not None:
             talkers = self._bodies[self._conversations.talkers(), :3].copy()

@@ -1,4 +1,4 @@
-"""Recordings from elsewhere: a SocNav2 scene as a `Trajectory`, so that it is measured like an episode of our own."""
+"""Conversion of SocNav2 scenes to `Trajectory`, so that they are measured like simulated episodes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from socnav_env.config import PeopleConfig, RobotConfig
 from socnav_env.layout import Layout, ObjectKind, Room
 from socnav_env.trajectories.trajectory import Trajectory
 
-STANDING_SPREAD = 0.1  # m within which someone stays who stands
+STANDING_SPREAD = 0.1  # m, maximum extent of a standing person's positions
 WALL_GAP = 0.01  # m between the ends of two walls that meet
 
 
@@ -22,11 +22,10 @@ def trajectory_of_sequence(
     robot_radius: float = RobotConfig.radius,
     people_radius: float = PeopleConfig.radius,
 ) -> Trajectory:
-    """The episode that a scene shows, in the room's frame.
+    """A recorded scene as a trajectory, in the room's frame.
 
-    A scene says neither how the episode ended, nor who is how large, where people walk to or how fast the robot can
-    be: the first is unknown to the trajectory too, sizes are taken as given [m], and all else is NaN. Velocities are
-    those between two snapshots. A person is NaN while out of sight.
+    A scene has no outcome, radii, targets of people, or top speed of the robot. The outcome is None, radii are taken as
+    given [m], and all else is NaN. Velocities are those between two snapshots. A person is NaN while out of sight.
 
     Raises `ScenarioError` where a snapshot has no `robot_pose`.
     """
@@ -61,7 +60,7 @@ def _layout(
     object_ids: list[int],
     object_poses: FloatArray,
 ) -> Layout:
-    """What stood where when the scene began, or when it was first seen."""
+    """The layout at the start of the scene; people and objects that appear later have their first pose."""
     pairs = _pairs(sequence)
     entity = {identity: index for index, identity in enumerate([*people_ids, *object_ids])}
     goal, walls = sequence.snapshots[0].goal, sequence.snapshots[0].walls
@@ -91,7 +90,7 @@ def _robot_pose(sequence: SceneSequence, index: int) -> FloatArray:
 
 
 def _points_in_room(robot_pose: FloatArray, points: FloatArray) -> FloatArray:
-    """From the robot's frame, (n, 2), to the room's."""
+    """Points (n, 2) in the robot's frame, converted to the room's."""
     cosine, sine = np.cos(robot_pose[2]), np.sin(robot_pose[2])
     return np.asarray(points @ np.array([[cosine, sine], [-sine, cosine]]) + robot_pose[:2])
 
@@ -99,7 +98,7 @@ def _points_in_room(robot_pose: FloatArray, points: FloatArray) -> FloatArray:
 def _tracks(
     sequence: SceneSequence, robot_poses: FloatArray, entities_of: Callable[[Snapshot], People | Objects]
 ) -> tuple[list[int], FloatArray]:
-    """All entities' ids, as they come into sight, and poses in the room, (num_snapshots, num_ids, 3)."""
+    """All entities' ids, in order of appearance, and their poses in the room, (num_snapshots, num_ids, 3)."""
     ids = list(dict.fromkeys(int(each) for snapshot in sequence for each in entities_of(snapshot).ids))
     poses = np.full((len(sequence), len(ids), 3), np.nan)
     for row, (snapshot, robot_pose) in enumerate(zip(sequence, robot_poses, strict=True)):
@@ -115,13 +114,13 @@ def _first_seen(poses: FloatArray) -> FloatArray:
 
 
 def _spread(poses: FloatArray) -> FloatArray:
-    """(num_ids,) [m] the longer side of the box that each one stays in."""
+    """(num_ids,) [m] the longer side of each one's bounding box."""
     places = poses[..., :2]
     return np.asarray((np.fmax.reduce(places, axis=0) - np.fmin.reduce(places, axis=0)).max(axis=1, initial=0.0))
 
 
 def _rates(poses: FloatArray, times: FloatArray) -> FloatArray:
-    """How fast poses (n, num_ids, 3) change from row to row; NaN in the first."""
+    """Velocities of poses (n, num_ids, 3) from row to row; NaN in the first row."""
     changes = np.diff(poses, axis=0)
     changes[..., 2] = wrap_angles(changes[..., 2])
     return np.concatenate([np.full_like(poses[:1], np.nan), changes / np.diff(times)[:, None, None]])
@@ -135,7 +134,7 @@ def _sizes(sequence: SceneSequence, object_ids: list[int]) -> FloatArray:
 
 
 def _pairs(sequence: SceneSequence) -> dict[tuple[int, int], str]:
-    """Everyone who interacts at any time, each pair once."""
+    """All pairs that interact at any time, each once, with their relations."""
     pairs: dict[tuple[int, int], str] = {}
     for snapshot in sequence:
         for (one, other), relation in zip(
@@ -147,7 +146,7 @@ def _pairs(sequence: SceneSequence) -> dict[tuple[int, int], str]:
 
 
 def _room(walls: FloatArray) -> Room:
-    """The room that walls enclose; one without corners where they do not meet, one after the other."""
+    """The room that walls enclose; one without corners if consecutive walls do not meet."""
     ends = np.roll(walls[:, :2], -1, axis=0)
     if len(walls) < 3 or np.abs(walls[:, 2:] - ends).max() > WALL_GAP:
         return Room(np.zeros((0, 2)))

@@ -1,4 +1,4 @@
-"""How episodes end. The one place that decides it."""
+"""Outcomes of episodes, and the one function that decides them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 class Outcome(StrEnum):
-    """How an episode ended."""
+    """The outcome of an episode."""
 
     ARRIVED = "arrived"
     COLLISION_PERSON = "collision_person"
@@ -25,10 +25,10 @@ class Outcome(StrEnum):
 
 
 def decide_outcome(world: World, steps_left: int) -> Outcome | None:
-    """How the episode ends in this instant, None if it goes on.
+    """The outcome of the episode at this moment, None if it goes on.
 
-    A contact outweighs arriving (success is to arrive without touching anything) and arriving outweighs the end of
-    the time. Of several contacts the one with a person counts, then the one with an object.
+    A contact takes precedence over arriving (success is to arrive without touching anything), and arriving over the end
+    of the time. Of several contacts the one with a person counts, then the one with an object.
     """
     contacts = world.contacts
     if contacts.person:

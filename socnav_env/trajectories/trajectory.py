@@ -1,4 +1,4 @@
-"""A recorded episode: what metrics and replays read. Plain arrays, one row a step."""
+"""A recorded episode as plain arrays, one row per step, for metrics and replays."""
 
 from __future__ import annotations
 
@@ -27,20 +27,20 @@ NOT_SCORED = (np.nan, np.nan)
 class Trajectory:
     """A recorded episode of n steps in the world frame. Row 0 is its start, row k the state after step k.
 
-    Whatever a recording does not know is NaN: a person who is out of sight, a score that nobody gave.
+    Unknown values are NaN: a person who is out of sight, a missing score.
 
-    layout: the room, the objects, the goal, and who interacts with whom
+    layout: the room, the objects, the goal and the interactions
     times: (n + 1,) [s]
     robot_radius, people_radius: [m]
     top_speed: [m/s] of the robot
     robot_poses: (n + 1, 3); robot_velocities: (n + 1, 3) over ground, means over the step that led to a row
     people_poses: (n + 1, num_people, 3); people_velocities: (n + 1, num_people, 3) likewise
-    people_targets: (n + 1, num_people, 2) [m] where those who walk were on their way to in the step
-    commands: (n, 3) forward [m/s], to the left [m/s] and turn rate [rad/s] that the robot was given for each step
+    people_targets: (n + 1, num_people, 2) [m] targets of walking people during the step
+    commands: (n, 3) the robot's command in each step: forward [m/s], to the left [m/s] and turn rate [rad/s]
     scores: (n, 2) q1 and q2 after each step
-    interaction_changes: (num_changes, 4) in order: from which row on, which two people, lower index first, and whether
-        they have begun (1) or ended (0) to talk with each other; row 0: before the start
-    outcome: how it ended; None where that is not known, or the episode was broken off
+    interaction_changes: (num_changes, 4) in order: the first row with the change, two people, lower index first, and
+        whether they have begun (1) or ended (0) to talk with each other; row 0: before the start
+    outcome: None if it is unknown, or if the episode was broken off
     """
 
     layout: Layout
@@ -63,44 +63,44 @@ class Trajectory:
 
     @cached_property
     def interactions(self) -> InteractionHistory:
-        """Who interacts when."""
+        """The interactions at every row."""
         return history_of(self.layout, self.interaction_changes, len(self) + 1)
 
     @cached_property
     def durations(self) -> FloatArray:
-        """(n,) [s] of each step."""
+        """(n,) [s] duration of each step."""
         return np.diff(self.times)
 
     @cached_property
     def people_distances(self) -> FloatArray:
-        """(n, num_people) [m] to each person, centre."""
+        """(n, num_people) [m] distance to each person, between centres."""
         offsets = self.people_poses[1:, :, :2] - self.robot_poses[1:, None, :2]
         return np.asarray(np.hypot(offsets[..., 0], offsets[..., 1]))
 
     @cached_property
     def person_distances(self) -> FloatArray:
-        """(n,) [m] to the closest person, centre; inf in a room without people."""
+        """(n,) [m] distance to the closest person, between centres; inf in a room without people."""
         return np.asarray(np.fmin.reduce(self.people_distances, axis=1, initial=np.inf))
 
     @cached_property
     def person_clearances(self) -> FloatArray:
-        """(n,) [m] to the closest person, between surfaces; inf in a room without people."""
+        """(n,) [m] distance to the closest person, between surfaces; inf in a room without people."""
         return self.person_distances - self.robot_radius - self.people_radius
 
     @cached_property
     def speeds(self) -> FloatArray:
-        """(n,) [m/s] of the robot."""
+        """(n,) [m/s] speed of the robot."""
         return np.asarray(np.hypot(self.robot_velocities[1:, 0], self.robot_velocities[1:, 1]))
 
     @cached_property
     def goal_distances(self) -> FloatArray:
-        """(n + 1,) [m] from the robot's centre to the goal, as the crow flies."""
+        """(n + 1,) [m] straight-line distance from the robot's centre to the goal."""
         offsets = self.robot_poses[:, :2] - self.layout.goal
         return np.asarray(np.hypot(offsets[:, 0], offsets[:, 1]))
 
 
 class TrajectoryRecorder:
-    """Writes down an episode while it happens: its start when made, then one row a step."""
+    """Records an episode while it runs: its start on construction, then one row per step."""
 
     def __init__(self, world: World, config: EnvConfig) -> None:
         self._world = world
@@ -115,14 +115,14 @@ class TrajectoryRecorder:
         return len(self._scores)
 
     def record(self, scores: Scores | None) -> None:
-        """Write down the state that a step has led to, and how it was judged."""
+        """Record the state after a step, and its scores."""
         self._states.append(self._world.state)
         self._targets.append(self._world.people_targets)
         self._commands.append(self._world.command)
         self._scores.append(NOT_SCORED if scores is None else scores)
 
     def trajectory(self, outcome: Outcome | None) -> Trajectory:
-        """Everything recorded so far, independent of what is recorded later."""
+        """The trajectory recorded so far, independent of later records."""
         steps = len(self)
         robot_poses, robot_velocities, people_poses, people_velocities = zip(*self._states, strict=True)
         return Trajectory(
@@ -144,5 +144,5 @@ class TrajectoryRecorder:
 
 
 def _stacked(rows: Sequence[FloatArray]) -> FloatArray:
-    """(len(rows), ...) as `np.stack`, which takes several times as long."""
+    """(len(rows), ...) like `np.stack`, which takes several times as long."""
     return np.concatenate(rows).reshape(len(rows), *rows[0].shape)

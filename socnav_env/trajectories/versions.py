@@ -1,11 +1,11 @@
-"""What the bits of a simulated episode depend on besides its configuration."""
+"""Versions that the bits of a simulated episode depend on, besides its configuration."""
 
 from __future__ import annotations
 
 from importlib.metadata import version
 from typing import Final
 
-SIMULATION_VERSION: Final = 1  # to be raised whenever a scene and its commands come to lead somewhere else
+SIMULATION_VERSION: Final = 1  # to be raised whenever the same scene and commands give another trajectory
 LIBRARIES: Final = ("numba", "numpy", "pymunk")
 
 
