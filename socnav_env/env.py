@@ -68,15 +68,16 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
     reward `q1` and `q2`, the raw scores of the last second. In an episode's last step also `episode_metrics`, see
     `socnav_env.metrics`. After a reset: `outcome`, `is_success`, `in_rated_range`.
 
-    reward: a name, a mix (see `make_reward`), or an object with the `Reward` protocol
-    observation: a name or an object with the `Observation` (or `WindowObservation`) protocol
-    config: all other settings; default `EnvConfig()`
-    render_mode: None, "rgb_array" or "human"
-    weights: the network of a learned reward that is given by name: "default", "published" or a path
-    scenario: a name of `socnav_env.scenarios.names()`, a .yaml file, or a SocNav2 .json file to continue; its own
-        settings take precedence over `config`. None: rooms and people drawn as in `config`
-
     Versions: v0, the first one.
+
+    Args:
+        reward: a name, a mix (see `make_reward`), or an object with the `Reward` protocol
+        observation: a name or an object with the `Observation` (or `WindowObservation`) protocol
+        config: all other settings; default `EnvConfig()`
+        render_mode: None, "rgb_array" or "human"
+        weights: the network of a learned reward that is given by name: "default", "published" or a path
+        scenario: a name of `socnav_env.scenarios.names()`, a .yaml file, or a SocNav2 .json file to continue; its own
+            settings take precedence over `config`. None: rooms and people drawn as in `config`
     """
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array", "human"], "render_fps": 5}  # noqa: RUF012 - as Gymnasium
@@ -124,7 +125,9 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
     def step(self, action: ArrayLike) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Advance by one control period; see Gymnasium.
 
-        Raises `ValueError` for an action that is not finite numbers of its shape, `ResetNeeded` after the end.
+        Raises:
+            ValueError: For an action that is not finite numbers of its shape.
+            ResetNeeded: After the end.
         """
         self.require_running()
         self.advance(command_of(action, self.config.robot))
@@ -179,8 +182,9 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
     def frame(self, heatmap: bool = False, rings: bool = False) -> NDArray[np.uint8]:
         """Return a picture of the scene as it is now, uint8 (height, width, 3), whatever the render mode.
 
-        heatmap: with Q2 of all the robot's positions under the scene; raises `ValueError` without a scorer
-        rings: with everyone's intimate and personal space
+        Args:
+            heatmap: with Q2 of all the robot's positions under the scene; raises `ValueError` without a scorer
+            rings: with everyone's intimate and personal space
         """
         heat = self._heat() if heatmap else None
         return self._drawing().draw(replace(self._scene().view(), heat=heat, rings=rings))

@@ -29,7 +29,8 @@ STANDING = np.zeros(3)  # command: forward speed, speed to the left, turn rate
 class Episode:
     """An episode from the warm-up, simulated on construction, to the outcome.
 
-    judged: whether frames are kept for a scorer
+    Args:
+        judged: whether frames are kept for a scorer
     """
 
     def __init__(self, world: World, config: EnvConfig, judged: bool) -> None:
@@ -100,10 +101,13 @@ def begin_episode(
 ) -> Episode:
     """Draw a scene and simulate its warm-up; a scene that is over at its start is drawn anew.
 
-    scenario: to draw it from; None: the population in `config`
-
     That can happen if people do not stop (`people.stop_distance` 0) and walk into the standing robot.
-    Raises `ConfigError` where it happens every time.
+
+    Args:
+        scenario: to draw it from; None: the population in `config`
+
+    Raises:
+        ConfigError: If it happens every time.
     """
     draw = sample_layout if scenario is None else scenario.draw
     for _ in range(MAX_STARTS):

@@ -26,8 +26,10 @@ class ObjectKind(IntEnum):
 class Room:
     """A closed room.
 
-    corners: (num_corners, 2) [m], counter-clockwise, without repeating the first one; wall i runs from corner i
     to corner i + 1
+
+    Attributes:
+        corners: (num_corners, 2) [m], counter-clockwise, without repeating the first one; wall i runs from corner i
     """
 
     corners: FloatArray
@@ -50,14 +52,15 @@ class Ending(IntEnum):
 class Script:
     """A scenario's warm-up, which is given and not simulated, and people's routes.
 
-    robot_poses: (warm_up_steps + 1, 3) of the robot from the beginning of the warm-up to the start of the episode
-    commands: (warm_up_steps, 3) its commands: forward [m/s], to the left [m/s], turn rate [rad/s]
-    people_poses: (warm_up_steps + 1, num_people, 3)
-    velocities: (num_people, 3) of people at the start [m/s, m/s, rad/s]
-    speeds: (num_people,) desired speeds [m/s]; NaN: drawn
-    routes: (num_people, longest, 2) [m] places to walk to, one after the other; NaN from a route's end on
-    delays: (num_people,) [s] waiting times from the start to the route
-    endings: (num_people,) of `Ending`
+    Attributes:
+        robot_poses: (warm_up_steps + 1, 3) of the robot from the beginning of the warm-up to the start of the episode
+        commands: (warm_up_steps, 3) its commands: forward [m/s], to the left [m/s], turn rate [rad/s]
+        people_poses: (warm_up_steps + 1, num_people, 3)
+        velocities: (num_people, 3) of people at the start [m/s, m/s, rad/s]
+        speeds: (num_people,) desired speeds [m/s]; NaN: drawn
+        routes: (num_people, longest, 2) [m] places to walk to, one after the other; NaN from a route's end on
+        delays: (num_people,) [s] waiting times from the start to the route
+        endings: (num_people,) of `Ending`
     """
 
     robot_poses: FloatArray
@@ -74,17 +77,18 @@ class Script:
 class Layout:
     """The initial state of an episode.
 
-    robot_pose: (3,) x [m], y [m], heading [rad]
-    goal: (2,) [m]
-    people_poses: (num_people, 3)
-    people_walk: (num_people,) whether a person walks (True) or stands where they are (False)
-    people_group: (num_people,) people with the same number walk together; -1 for people on their own
-    object_poses: (num_objects, 3)
-    object_sizes: (num_objects, 2) width along the object's own x axis and depth along its y axis [m]
-    object_kinds: (num_objects,) of `ObjectKind`
-    interaction_pairs: (num_interactions, 2) entity indices: people count from 0, objects on from num_people
-    interaction_relations: one name each, as in SocNav2
-    script: of a scenario; None: the warm-up is simulated and people wander
+    Attributes:
+        robot_pose: (3,) x [m], y [m], heading [rad]
+        goal: (2,) [m]
+        people_poses: (num_people, 3)
+        people_walk: (num_people,) whether a person walks (True) or stands where they are (False)
+        people_group: (num_people,) people with the same number walk together; -1 for people on their own
+        object_poses: (num_objects, 3)
+        object_sizes: (num_objects, 2) width along the object's own x axis and depth along its y axis [m]
+        object_kinds: (num_objects,) of `ObjectKind`
+        interaction_pairs: (num_interactions, 2) entity indices: people count from 0, objects on from num_people
+        interaction_relations: one name each, as in SocNav2
+        script: of a scenario; None: the warm-up is simulated and people wander
     """
 
     room: Room

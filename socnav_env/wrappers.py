@@ -24,10 +24,12 @@ class DiscreteActions(gym.ActionWrapper[Any, Any, Any], gym.utils.RecordConstruc
     (n, 3) forward, left and turn. Rows count through turns first, then sideways, then speeds: with 5 turns, action
     5 * s + t is `speeds[s]` and `turns[t]`. By default there are 20 actions, 60 for a holonomic robot.
 
-    speeds, turns: shares of the top speed and of the top turn rate, -1..1
-    sideways: of the top speed to the left, -1..1; only for a holonomic robot
+    Args:
+        speeds, turns: shares of the top speed and of the top turn rate, -1..1
+        sideways: of the top speed to the left, -1..1; only for a holonomic robot
 
-    Raises `ValueError` where a share is none, and where actions are not those of SocNav2-v0.
+    Raises:
+        ValueError: If a share is none, and where actions are not those of SocNav2-v0.
     """
 
     def __init__(

@@ -132,7 +132,8 @@ class Play:
 def read_env_config(path: Path) -> EnvConfig:
     """Read an environment's configuration from a JSON file.
 
-    Raises `ValueError` naming the file where it is not JSON or breaks a rule of the configuration.
+    Raises:
+        ValueError: Naming the file where it is not JSON or breaks a rule of the configuration.
     """
     try:
         return EnvConfig.from_dict(json.loads(path.read_text(encoding="utf-8")))

@@ -20,10 +20,11 @@ from socnav_env.config.sensors import SensorConfig
 class EnvConfig:
     """Configuration of the environment.
 
-    control_period: [s] from one action to the next
-    physics_step: [s] duration of a physics step; a control period is a whole number of them
-    time_limit: [s] after which an episode is truncated
-    warm_up: [s] simulated before the episode while the robot stands; a whole number of control periods
+    Attributes:
+        control_period: [s] from one action to the next
+        physics_step: [s] duration of a physics step; a control period is a whole number of them
+        time_limit: [s] after which an episode is truncated
+        warm_up: [s] simulated before the episode while the robot stands; a whole number of control periods
     """
 
     control_period: float = 0.2
@@ -67,7 +68,8 @@ class EnvConfig:
     def from_dict(cls, values: Mapping[str, Any]) -> Self:
         """Build from nested dicts, e.g. of a TOML or JSON file; missing keys keep their defaults.
 
-        Raises `ConfigError` for an unknown key or an invalid value.
+        Raises:
+            ConfigError: For an unknown key or an invalid value.
         """
         config: Self = _build(cls, values, "")
         return config

@@ -17,10 +17,11 @@ MAX_HASTE = 1.3  # maximum speed as a multiple of the desired speed (Helbing & M
 class GroupConfig:
     """Parameters that keep walking groups together; the last three are the forces of Moussaid et al. 2010.
 
-    formation: [1/s] rate at which members approach their places side by side; 0: no such places
-    gaze: [m/s^2 per rad] slows down a person who must turn the head to see the others; 4 in the paper, 0: none
-    cohesion: [m/s^2] towards the centre of the group if that is far away; 3 in the paper
-    repulsion: [m/s^2] away from a companion closer than the group's spacing; 1 in the paper
+    Attributes:
+        formation: [1/s] rate at which members approach their places side by side; 0: no such places
+        gaze: [m/s^2 per rad] slows down a person who must turn the head to see the others; 4 in the paper, 0: none
+        cohesion: [m/s^2] towards the centre of the group if that is far away; 3 in the paper
+        repulsion: [m/s^2] away from a companion closer than the group's spacing; 1 in the paper
     """
 
     formation: float = 1.0
@@ -37,11 +38,12 @@ class GroupConfig:
 class OrcaConfig:
     """Reciprocal collision avoidance (van den Berg et al. 2011), used if `people.model` is "orca".
 
-    time_horizon: [s] for which a velocity must be free of collisions with others
-    wall_time_horizon: [s] the same for walls and objects
-    neighbour_distance: [m] within which others are taken into account
-    max_neighbours: maximum number of others taken into account
-    margin: [m] kept between bodies, besides their radii
+    Attributes:
+        time_horizon: [s] for which a velocity must be free of collisions with others
+        wall_time_horizon: [s] the same for walls and objects
+        neighbour_distance: [m] within which others are taken into account
+        max_neighbours: maximum number of others taken into account
+        margin: [m] kept between bodies, besides their radii
     """
 
     time_horizon: float = 3.0
@@ -61,25 +63,27 @@ class OrcaConfig:
 class PeopleConfig:
     """Properties of people and of their walking.
 
-    model: walking model, from `WALKING_MODELS`; "standing": people who would walk stand still
-    radius: [m] of the body in contacts: shoulders 0.5 m wide
-    clearance: [m] radius used to place people (as in SONATA); couples walk closer than that
-    speed, speed_deviation, speed_limits: [m/s] mean, standard deviation and limits of a walker's desired speed, a
-        clipped normal distribution; with turning, starting and giving way it gives the speeds in SocNav2
-    max_acceleration: [m/s^2]; None: limited by `relaxation_time` alone
-    max_turn_rate: [rad/s]; people in SocNav2's recordings turn at up to 1.4 rad/s
-    target_interval: [s] mean time until a walker picks another target, drawn within a quarter of it
-    stop_distance: [m] between centres, below which a walker stops for the robot (as in SONATA)
-    robot_visibility: 0..1, factor of `stop_distance` and of walkers' avoidance of the robot; 0: invisible
-    relaxation_time: [s] in which a walker adopts a new velocity (Helbing & Molnar 1995)
-    avoidance: [m/s^2] strength of the social force between people (Moussaid et al. 2009 measured 4.5)
-    avoidance_range: growth of the social force's range with the speed of approach (theirs: 0.35)
-    velocity_weight: weight of the relative velocity against the direction to the other (theirs: 2)
-    view_angle: [rad] full width of the field of view (Helbing & Molnar 1995: 200 degrees)
-    unseen_weight: 0..1, weight of people outside the field of view (theirs: 0.5); 1: everyone counts the same
-    wall_repulsion, wall_range: [m/s^2], [m] strength and range of walls' repulsion (Moussaid et al. 2010: 3 and 0.1)
-    patience: [s] for which a blocked walker waits before picking another target
-    group, orca: see `GroupConfig` and `OrcaConfig`
+    Attributes:
+        model: walking model, from `WALKING_MODELS`; "standing": people who would walk stand still
+        radius: [m] of the body in contacts: shoulders 0.5 m wide
+        clearance: [m] radius used to place people (as in SONATA); couples walk closer than that
+        speed, speed_deviation, speed_limits: [m/s] mean, standard deviation and limits of a walker's desired speed, a
+            clipped normal distribution; with turning, starting and giving way it gives the speeds in SocNav2
+        max_acceleration: [m/s^2]; None: limited by `relaxation_time` alone
+        max_turn_rate: [rad/s]; people in SocNav2's recordings turn at up to 1.4 rad/s
+        target_interval: [s] mean time until a walker picks another target, drawn within a quarter of it
+        stop_distance: [m] between centres, below which a walker stops for the robot (as in SONATA)
+        robot_visibility: 0..1, factor of `stop_distance` and of walkers' avoidance of the robot; 0: invisible
+        relaxation_time: [s] in which a walker adopts a new velocity (Helbing & Molnar 1995)
+        avoidance: [m/s^2] strength of the social force between people (Moussaid et al. 2009 measured 4.5)
+        avoidance_range: growth of the social force's range with the speed of approach (theirs: 0.35)
+        velocity_weight: weight of the relative velocity against the direction to the other (theirs: 2)
+        view_angle: [rad] full width of the field of view (Helbing & Molnar 1995: 200 degrees)
+        unseen_weight: 0..1, weight of people outside the field of view (theirs: 0.5); 1: everyone counts the same
+        wall_repulsion, wall_range: [m/s^2], [m] strength and range of walls' repulsion (Moussaid et al. 2010: 3 and
+            0.1)
+        patience: [s] for which a blocked walker waits before picking another target
+        group, orca: see `GroupConfig` and `OrcaConfig`
     """
 
     model: str = SOCIAL_FORCE

@@ -8,6 +8,7 @@ import json
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import takewhile
 from typing import Any
 
 _ENTRY = re.compile(r"((?:\w+, )*\w+): (.*)")
@@ -26,7 +27,8 @@ class Entry:
 def entries(config: Any, prefix: str = "") -> Iterator[Entry]:
     """All keys of a configuration in order, with its values as defaults; keys of a part start with the part's name.
 
-    Raises `ValueError` for a key whose meaning the docstring of its class does not give.
+    Raises:
+        ValueError: For a key whose meaning the docstring of its class does not give.
     """
     meanings = _meanings(type(config))
     for each in dataclasses.fields(config):
@@ -40,16 +42,15 @@ def entries(config: Any, prefix: str = "") -> Iterator[Entry]:
 
 
 def _meanings(kind: type) -> dict[str, str]:
-    """Meaning of each name in a dataclass's docstring: lines "name: ..." or "name, name: ...", others indented."""
+    """Meaning of each name in a dataclass's docstring: "name: ..." or "name, name: ..." below "Attributes:"."""
     meanings: dict[str, str] = {}
     names: list[str] = []
-    for line in inspect.cleandoc(kind.__doc__ or "").splitlines():
-        found = _ENTRY.fullmatch(line)
+    _, _, section = inspect.cleandoc(kind.__doc__ or "").partition("\nAttributes:\n")
+    for line in takewhile(lambda line: line.startswith(_INDENT), section.splitlines()):
+        found = _ENTRY.fullmatch(line.removeprefix(_INDENT))
         if found:
             names = found[1].split(", ")
             meanings.update(dict.fromkeys(names, found[2]))
-        elif line.startswith(_INDENT):
-            meanings.update({name: f"{meanings[name]} {line.strip()}" for name in names})
         else:
-            names = []
+            meanings.update({name: f"{meanings[name]} {line.strip()}" for name in names})
     return meanings

@@ -15,16 +15,18 @@ Mix = tuple[tuple[str, float], ...]  # names of rewards and their weights
 class RewardConfig:
     """Weights of the named reward terms.
 
-    social: weight of Q2 - 1 in `learned` and of the raw score in `q1` and `q2`, every step
-    arrival, contact: weight of arriving and of touching something, once, at the end; in `learned` and `sparse`
-    crowdnav_arrival, crowdnav_contact: the same in `crowdnav` (Chen et al. 2019)
-    crowdnav_discomfort: [1/(m s)] weight of each step that ends too close to a person
-    crowdnav_discomfort_distance: [m] between surfaces, below which a step is too close
-    dsrnn_progress: [1/m] weight of progress towards the goal in `dsrnn` (Liu et al. 2021)
-    dsrnn_arrival, dsrnn_contact: weight of arriving and of touching something, once, at the end
-    dsrnn_discomfort: [1/(m s)] weight of each step that ends too close to a person; theirs is 2.5 in a step of 0.25 s
-    dsrnn_discomfort_distance: [m] between surfaces, below which a step is too close
-    mix: names and weights of the rewards in the reward `mix`
+    Attributes:
+        social: weight of Q2 - 1 in `learned` and of the raw score in `q1` and `q2`, every step
+        arrival, contact: weight of arriving and of touching something, once, at the end; in `learned` and `sparse`
+        crowdnav_arrival, crowdnav_contact: the same in `crowdnav` (Chen et al. 2019)
+        crowdnav_discomfort: [1/(m s)] weight of each step that ends too close to a person
+        crowdnav_discomfort_distance: [m] between surfaces, below which a step is too close
+        dsrnn_progress: [1/m] weight of progress towards the goal in `dsrnn` (Liu et al. 2021)
+        dsrnn_arrival, dsrnn_contact: weight of arriving and of touching something, once, at the end
+        dsrnn_discomfort: [1/(m s)] weight of each step that ends too close to a person; theirs is 2.5 in a step of 0.25
+            s
+        dsrnn_discomfort_distance: [m] between surfaces, below which a step is too close
+        mix: names and weights of the rewards in the reward `mix`
     """
 
     social: float = 1.0

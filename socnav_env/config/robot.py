@@ -1,4 +1,4 @@
-"""What a user can set about the robot."""
+"""Configuration of the robot, and its drives."""
 
 from __future__ import annotations
 
@@ -47,18 +47,19 @@ DRIVES: Final[Mapping[str, DriveType]] = MappingProxyType(
 class RobotConfig:
     """A round robot.
 
-    drive: "differential" (forward and turn) or "holonomic" (forward, to the left and turn)
-    radius: [m] as wide as a person, like the service robots this is about (TIAGo 0.27, Pepper 0.24)
-    max_forward_speed, max_backward_speed: [m/s]; default: the fastest that SocNav2's raters saw
-    max_sideways_speed: [m/s] of a holonomic robot, to either side
-    max_turn_rate: [rad/s]; default likewise
-    max_acceleration: [m/s^2] by which its velocity, a vector in its own frame, changes at most; None: at once
-    max_turn_acceleration: [rad/s^2] likewise
-    speed_noise, turn_noise: [m/s], [rad/s] standard deviation of what it does from what it is told, drawn once each
-        control period, at full speed or full turn rate; in proportion less for a gentler command, so that a robot
-        told to stand does. Normal, cut off at three deviations.
-    arrival_radius: [m] the robot has arrived when its centre is this close to the goal
-    min_goal_distance: [m] between the robot's start and the goal
+    Attributes:
+        drive: "differential" (forward and turn) or "holonomic" (forward, to the left and turn)
+        radius: [m] as wide as a person, like service robots (TIAGo 0.27, Pepper 0.24)
+        max_forward_speed, max_backward_speed: [m/s] default: the fastest that SocNav2's raters saw
+        max_sideways_speed: [m/s] of a holonomic robot, to either side
+        max_turn_rate: [rad/s] default: the fastest that SocNav2's raters saw
+        max_acceleration: [m/s^2] maximum change of the velocity, a vector in the robot's frame; None: no limit
+        max_turn_acceleration: [rad/s^2] maximum change of the turn rate; None: no limit
+        speed_noise, turn_noise: [m/s], [rad/s] standard deviation of the velocity's error at full speed or full turn
+            rate, drawn once each control period; smaller in proportion for a gentler command, so that a robot commanded
+            to stand does. Normal, cut off at three deviations.
+        arrival_radius: [m] distance of the robot's centre to the goal at which it has arrived
+        min_goal_distance: [m] between the robot's start and the goal
     """
 
     drive: str = "differential"

@@ -37,12 +37,13 @@ MAX_WALLS = 6  # an L-shaped room has six, the other rooms have four
 class RoomConfig:
     """Kinds and sizes of rooms. Defaults: SONATA's rooms.
 
-    kinds: kinds of rooms, from `ROOM_KINDS`
-    kind_weights: relative probability of each of `kinds`; empty: all the same
-    square_side: [m], whole numbers
-    rectangle_side: [m], whole numbers; the length is drawn from the breadth upwards
-    l_unit: [m], whole numbers: an L is a square of three by three units without a corner of two units by one
-    turned: whether rooms have a random rotation in the world; otherwise their walls are parallel to its axes
+    Attributes:
+        kinds: kinds of rooms, from `ROOM_KINDS`
+        kind_weights: relative probability of each of `kinds`; empty: all the same
+        square_side: [m], whole numbers
+        rectangle_side: [m], whole numbers; the length is drawn from the breadth upwards
+        l_unit: [m], whole numbers: an L is a square of three by three units without a corner of two units by one
+        turned: whether rooms have a random rotation in the world; otherwise their walls are parallel to its axes
     """
 
     kinds: tuple[str, ...] = ROOM_KINDS
@@ -71,9 +72,10 @@ class RoomConfig:
 class ConversationConfig:
     """Rates at which people join and leave standing conversations during an episode. Off by default.
 
-    join_rate: [1/s] rate at which each wandering person decides to join a conversation
-    leave_rate: [1/s] rate at which each talking person decides to leave; the last one left leaves too
-    max_size: maximum number of people in a conversation
+    Attributes:
+        join_rate: [1/s] rate at which each wandering person decides to join a conversation
+        leave_rate: [1/s] rate at which each talking person decides to leave; the last one left leaves too
+        max_size: maximum number of people in a conversation
     """
 
     join_rate: float = 0.0
@@ -95,24 +97,25 @@ class ConversationConfig:
 class PopulationConfig:
     """People, objects and interactions in the room; counts are drawn uniformly. Defaults follow SONATA.
 
-    still, wandering: number of people on their own, besides those in interactions
-    tables, plants: number of each, besides interactions; every table carries a laptop and counts as two objects
-    interactions: number of interactions; each has a kind drawn from `relations` and its own people and objects
-    relations: kinds of interactions, from `RELATIONS`
-    relation_weights: relative probability of each of `relations`; empty: all the same
-    talking_distance: [m] between two people who talk
-    talking_angle: [rad] maximum angle between the heading of each and the direction to the other
-    watching_distance: [m] from a person to the laptop or plant they interact with
-    couple_distance: [m] between neighbours who walk side by side
-    walking_groups, walking_group_size: number of groups walking abreast, besides couples, and of people in each
-    circles, circle_size: number of groups standing in a circle and talking, and of people in each
-    circle_spacing: [m] between neighbours in a circle, the same for all; everyone faces the centre
-    table_sizes: [m] widths and depths, one drawn for each table; its laptop is recorded with the same size
-    plant_size: [m] width and depth
-    max_tries: maximum number of populations drawn for one room
-    redraw_counts: whether counts are drawn anew too if a population does not fit, which makes crowds a little rarer
-        than their range says; otherwise only places are drawn anew
-    conversations: see `ConversationConfig`
+    Attributes:
+        still, wandering: number of people on their own, besides those in interactions
+        tables, plants: number of each, besides interactions; every table carries a laptop and counts as two objects
+        interactions: number of interactions; each has a kind drawn from `relations` and its own people and objects
+        relations: kinds of interactions, from `RELATIONS`
+        relation_weights: relative probability of each of `relations`; empty: all the same
+        talking_distance: [m] between two people who talk
+        talking_angle: [rad] maximum angle between the heading of each and the direction to the other
+        watching_distance: [m] from a person to the laptop or plant they interact with
+        couple_distance: [m] between neighbours who walk side by side
+        walking_groups, walking_group_size: number of groups walking abreast, besides couples, and of people in each
+        circles, circle_size: number of groups standing in a circle and talking, and of people in each
+        circle_spacing: [m] between neighbours in a circle, the same for all; everyone faces the centre
+        table_sizes: [m] widths and depths, one drawn for each table; its laptop is recorded with the same size
+        plant_size: [m] width and depth
+        max_tries: maximum number of populations drawn for one room
+        redraw_counts: whether counts are drawn anew too if a population does not fit, which makes crowds a little rarer
+            than their range says; otherwise only places are drawn anew
+        conversations: see `ConversationConfig`
     """
 
     still: IntRange = (0, 4)

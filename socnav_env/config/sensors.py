@@ -18,15 +18,16 @@ class SensorConfig:
     Limits and noise apply to people and objects in the observations `entities` and `flat`. An interaction is observed
     if both its entities are. The walls, the goal and the robot's own state are always known.
 
-    field_of_view: [rad] centred on the robot's heading
-    max_range: [m] to an entity's centre; None: unlimited
-    occlusion: whether walls, objects and people hide what lies behind them; tested at the entity's centre
-    position_noise, heading_noise, velocity_noise: [m], [rad], [m/s] standard deviations of normal errors, new at every
-        step: of coordinates, of people's and objects' headings, and of people's velocity components
-    max_walls: number of walls in `entities` and `flat`, the nearest ones; rooms of scenarios may have more
-    nearest_people, nearest_objects: number of each in `flat`
-    lidar_beams: number of beams of `lidar`, spread evenly over `field_of_view`
-    lidar_range: [m] maximum distance that `lidar` measures
+    Attributes:
+        field_of_view: [rad] centred on the robot's heading
+        max_range: [m] to an entity's centre; None: unlimited
+        occlusion: whether walls, objects and people hide what lies behind them; tested at the entity's centre
+        position_noise, heading_noise, velocity_noise: [m], [rad], [m/s] standard deviations of normal errors, new at
+            every step: of coordinates, of people's and objects' headings, and of people's velocity components
+        max_walls: number of walls in `entities` and `flat`, the nearest ones; rooms of scenarios may have more
+        nearest_people, nearest_objects: number of each in `flat`
+        lidar_beams: number of beams of `lidar`, spread evenly over `field_of_view`
+        lidar_range: [m] maximum distance that `lidar` measures
     """
 
     field_of_view: float = ALL_AROUND

@@ -151,7 +151,8 @@ def first_free_pair(
 ) -> int:
     """Index of the first pair of places, (n, 2) each, where two bodies fit in sight of each other; -1 if none.
 
-    sight: [m] clearance on both sides of the line between the two
+    Args:
+        sight: [m] clearance on both sides of the line between the two
     """
     for index in range(len(firsts)):
         first, second = firsts[index], seconds[index]

@@ -72,7 +72,14 @@ def ray_distances(
 ) -> FloatArray:
     """To the first thing in each direction, at most `longest`.
 
-    headings: (n,) [rad]; walls: (num_walls, 4); discs: (num_discs, 3); boxes: (num_boxes, 6). Returns (n,).
+    Args:
+        headings: (n,) [rad]
+        walls: (num_walls, 4)
+        discs: (num_discs, 3)
+        boxes: (num_boxes, 6)
+
+    Returns:
+        (n,).
     """
     distances = np.full(len(headings), longest)
     for index in range(len(headings)):
@@ -101,8 +108,11 @@ def in_view(
 ) -> BoolArray:
     """Which places are seen from a pose (3,).
 
-    places: (n, 2 or more) centres of the discs, then of the boxes; none hides itself, nor a box what stands on it
-    field_of_view: [rad]; longest: [m]; occlusion: whether things hide what lies behind them
+    Args:
+        places: (n, 2 or more) centres of the discs, then of the boxes; none hides itself, nor a box what stands on it
+        field_of_view: [rad]
+        longest: [m]
+        occlusion: whether things hide what lies behind them
     """
     seen = np.zeros(len(places), dtype=np.bool_)
     for index in range(len(places)):

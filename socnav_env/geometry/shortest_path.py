@@ -36,9 +36,10 @@ def edges_of(layout: Layout) -> FloatArray:
 def shortest_path_length(start: FloatArray, goal: FloatArray, radius: float, edges: FloatArray) -> float:
     """Length [m] of the shortest path of the robot's centre from `start` to `goal`; inf if there is no path.
 
-    start, goal: (2,)
-    radius: [m] of the robot
-    edges: (num_edges, 4) x1, y1, x2, y2 of all obstacles
+    Args:
+        start, goal: (2,)
+        radius: [m] of the robot
+        edges: (num_edges, 4) x1, y1, x2, y2 of all obstacles
     """
     if fits(start, goal, radius - ROUNDING, edges):
         return math.dist(start, goal)

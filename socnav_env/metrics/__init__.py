@@ -107,7 +107,8 @@ METRICS: dict[str, Callable[[Trajectory], float]] = {
 def episode_metrics(trajectory: Trajectory, without_robot: Trajectory | None = None) -> dict[str, float]:
     """All measures of an episode, by name.
 
-    without_robot: the same episode without the robot; `person_detour` and `person_delay` are NaN if it is missing
+    Args:
+        without_robot: the same episode without the robot; `person_detour` and `person_delay` are NaN if it is missing
     """
     values = {name: metric(trajectory) for name, metric in METRICS.items()}
     if without_robot is not None:

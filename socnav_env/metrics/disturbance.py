@@ -20,8 +20,9 @@ from socnav_env.trajectories.trajectory import Trajectory
 def person_detour(trajectory: Trajectory, without_robot: Trajectory | None = None) -> float:
     """[m] extra length of a walking person's path compared with no robot, on average (Francis et al.).
 
-    without_robot: the same episode without the robot, see `socnav_env.recording.replay.rerun_without_robot`; NaN if
-        there is none, or if nobody walks
+    Args:
+        without_robot: the same episode without the robot, see `socnav_env.recording.replay.rerun_without_robot`; NaN if
+            there is none, or if nobody walks
     """
     return _mean_difference(trajectory, without_robot, 1)
 
@@ -29,7 +30,8 @@ def person_detour(trajectory: Trajectory, without_robot: Trajectory | None = Non
 def person_delay(trajectory: Trajectory, without_robot: Trajectory | None = None) -> float:
     """[s] extra time of a walking person compared with no robot, on average (Francis et al.).
 
-    without_robot: as in `person_detour`
+    Args:
+        without_robot: as in `person_detour`
     """
     return _mean_difference(trajectory, without_robot, 0)
 

@@ -62,7 +62,8 @@ def group_intrusion(trajectory: Trajectory) -> float:
 def _relative_to_lines(trajectory: Trajectory) -> tuple[FloatArray, FloatArray, FloatArray]:
     """The robot's position relative to each interaction's line, in each row: three times (n + 1, num_interactions).
 
-    Returns the distance along the line from its first end, the distance to its left, and the line's length [m].
+    Returns:
+        The distance along the line from its first end, the distance to its left, and the line's length [m].
     """
     rows = len(trajectory.people_poses)
     objects = np.broadcast_to(trajectory.layout.object_poses[:, :2], (rows, trajectory.layout.num_objects, 2))

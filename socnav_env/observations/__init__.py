@@ -44,7 +44,8 @@ OBSERVATIONS: dict[str, Callable[[EnvConfig], AnyObservation]] = {
 def make_observation(observation: str | AnyObservation, config: EnvConfig) -> AnyObservation:
     """Return the observation of this name, or the given one if it is an `Observation` already.
 
-    Raises `ValueError` for an unknown name and for an object that is not an observation.
+    Raises:
+        ValueError: For an unknown name and for an object that is not an observation.
     """
     if isinstance(observation, str):
         if observation not in OBSERVATIONS:

@@ -67,9 +67,11 @@ class WindowObservation(Protocol):
 class Parts:
     """Named parts of a row of numbers, and their bounds.
 
-    bounds: minimum and maximum of each number, by name of the part
     starts: (num_parts,) index at which each part begins
     size: length of the whole row
+
+    Args:
+        bounds: minimum and maximum of each number, by name of the part
     """
 
     def __init__(self, bounds: Mapping[str, Bounds]) -> None:

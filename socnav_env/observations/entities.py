@@ -50,8 +50,9 @@ def entity_parts(config: EnvConfig, capacities: dict[str, int]) -> Parts:
 class EntityRows:
     """Rows of numbers about the robot, its goal and those in the room, which `entities` and `flat` are made of.
 
-    capacities: rows of each kind of entity: people, objects, walls and, where they are shown, interactions
-    nearest_first: whether entities are sorted by their distance
+    Args:
+        capacities: rows of each kind of entity: people, objects, walls and, where they are shown, interactions
+        nearest_first: whether entities are sorted by their distance
     """
 
     def __init__(self, config: EnvConfig, capacities: dict[str, int], nearest_first: bool) -> None:

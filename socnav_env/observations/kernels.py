@@ -38,14 +38,16 @@ def write_entities(
 ) -> None:
     """Write all of a row. Of more entities than there is room for, the nearest get rows.
 
-    starts: (2 + 2 * num_kinds,) where the parts of a row begin: the robot, the goal, rows and a mask of each kind
-    capacities: (num_kinds,) rows of people, objects, walls and, where they are shown, interactions
-    nearest_first: whether entities are sorted by their distance; otherwise they keep their order in the room
-    pose, velocity: (3,) of the robot in the world
-    time_left: share of the episode's time
-    goal: (2,)
-    corners: (num_corners, 2) of the room
     The others are those of `Sight`: handing a tuple of arrays to compiled code takes a microsecond longer.
+
+    Args:
+        starts: (2 + 2 * num_kinds,) where the parts of a row begin: the robot, the goal, rows and a mask of each kind
+        capacities: (num_kinds,) rows of people, objects, walls and, where they are shown, interactions
+        nearest_first: whether entities are sorted by their distance; otherwise they keep their order in the room
+        pose, velocity: (3,) of the robot in the world
+        time_left: share of the episode's time
+        goal: (2,)
+        corners: (num_corners, 2) of the room
     """
     sight = Sight(people_poses, people_velocities, object_poses, object_sizes, interaction_pairs)
     row[:] = 0.0

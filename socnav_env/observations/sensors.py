@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 class Sight(NamedTuple):
     """Observed people, objects and interactions, in the world frame; see `Layout` and `World`.
 
-    interaction_pairs: indices of observed entities, people first
+    Attributes:
+        interaction_pairs: indices of observed entities, people first
     """
 
     people_poses: FloatArray

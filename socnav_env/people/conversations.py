@@ -51,8 +51,9 @@ class Conversations:
     ) -> None:
         """Let people leave, arrive and decide to join, before a control period.
 
-        row: row of the trajectory that the period leads to
-        bodies: (num_walkers or more, 2 or more) x, y of the walkers
+        Args:
+            row: row of the trajectory that the period leads to
+            bodies: (num_walkers or more, 2 or more) x, y of the walkers
         """
         period, rates = self._config.control_period, self._config.population.conversations
         for walker in self.talkers():
@@ -139,7 +140,8 @@ def _pairs_with(some: list[int], everyone: list[int]) -> list[tuple[int, int]]:
 def free_place(talkers: FloatArray, spacing: float) -> FloatArray:
     """A place (2,) in the widest gap around people at (n, 2): on their circle, or farther out if that is too close.
 
-    spacing: [m] minimum distance to each of them
+    Args:
+        spacing: [m] minimum distance to each of them
     """
     middle = talkers.mean(axis=0)
     offsets = talkers - middle

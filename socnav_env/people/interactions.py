@@ -23,8 +23,9 @@ class InteractionPairs(NamedTuple):
 class InteractionHistory(NamedTuple):
     """All interactions of an episode of n steps.
 
-    pairs: (num_pairs, 2) and relations as in `Layout`, each pair once
-    present: (n + 1, num_pairs) whether each pair interacts at each row of the trajectory
+    Attributes:
+        pairs: (num_pairs, 2) and relations as in `Layout`, each pair once
+        present: (n + 1, num_pairs) whether each pair interacts at each row of the trajectory
     """
 
     pairs: IntArray
@@ -104,7 +105,8 @@ def talking(layout: Layout) -> BoolArray:
 def circles_of(interactions: InteractionPairs, people_poses: FloatArray) -> FloatArray:
     """(num_circles, 3) x, y, radius [m] of the circles in which three or more people talk.
 
-    people_poses: (num_people, 2 or more) x, y [m] first
+    Args:
+        people_poses: (num_people, 2 or more) x, y [m] first
     """
     circles = []
     for group in linked_groups(interactions):

@@ -27,7 +27,8 @@ class OrcaWalk:
 
     A robot that is noticed by less than 1 is avoided as if it were narrower by that much.
 
-    Raises `ConfigError` where pyrvo is not installed.
+    Raises:
+        ConfigError: If pyrvo is not installed.
     """
 
     def __init__(

@@ -16,8 +16,9 @@ class Routes:
     The members of a group have the same route, and a place is reached when the group's centre arrives. Walkers on a
     route do not give up a place because the way is blocked.
 
-    script: of the episode
-    walks: (num_people,) whether each person walks; all other arrays here have one row per walker
+    Args:
+        script: of the episode
+        walks: (num_people,) whether each person walks; all other arrays here have one row per walker
     """
 
     def __init__(self, script: Script, walks: BoolArray) -> None:
@@ -30,8 +31,9 @@ class Routes:
     def follow(self, walkers: Walkers, bodies: FloatArray, time: float) -> None:
         """Set the targets for the next control period.
 
-        bodies: (num_walkers or more, 2 or more) x, y of the walkers
-        time: since the start [s]
+        Args:
+            bodies: (num_walkers or more, 2 or more) x, y of the walkers
+            time: since the start [s]
         """
         for walker in np.flatnonzero(self._following).tolist():
             members = walkers.group == walkers.group[walker]

@@ -164,11 +164,12 @@ def walk(
 ) -> None:
     """Find the velocities of the next physics step; keep count of who waits and who is blocked.
 
-    step: [s]
-    bodies: (num_walkers + 1, 6) x, y, heading, vx, vy, turn rate of the walkers and, in the last row, the robot
-    stop_distance: [m] between centres, within which walkers stop for the robot
-    notice: 0..1, how strongly walkers avoid the robot
-    velocities: (num_walkers + 1, 3) vx, vy, turn rate; the walkers' rows are written
+    Args:
+        step: [s]
+        bodies: (num_walkers + 1, 6) x, y, heading, vx, vy, turn rate of the walkers and, in the last row, the robot
+        stop_distance: [m] between centres, within which walkers stop for the robot
+        notice: 0..1, how strongly walkers avoid the robot
+        velocities: (num_walkers + 1, 3) vx, vy, turn rate; the walkers' rows are written
     """
     for walker in range(len(bodies) - 1):
         vx, vy, turn_rate = next_velocity(walker, step, bodies, walkers, stop_distance, notice, around, habits)
@@ -216,7 +217,8 @@ def turn_towards(
 ) -> tuple[float, float, float]:
     """Turn a walker to the velocity they want, and keep count of how long they are blocked.
 
-    Returns the velocity wanted, less where they have yet to turn [m/s], and the turn rate [rad/s].
+    Returns:
+        The velocity wanted, less where they have yet to turn [m/s], and the turn rate [rad/s].
     """
     heading, vx, vy = bodies[walker, 2], bodies[walker, 3], bodies[walker, 4]
     if wanted_x != 0.0 or wanted_y != 0.0:

@@ -22,13 +22,14 @@ class Surroundings(NamedTuple):
 class Walkers(NamedTuple):
     """The people who walk; each array has one row per walker.
 
-    speed: [m/s] desired speed; in a group that of the slowest member
-    group: walkers with the same number walk together; every walker has a number
-    spacing: [m] between neighbours in the group
-    target: (num_walkers, 2) [m] target position, the same for all members of a group
-    time_left: [s] until the next target is picked
-    blocked: [s] time without progress
-    facing: [rad] heading that a standing walker turns to; NaN: none
+    Attributes:
+        speed: [m/s] desired speed; in a group that of the slowest member
+        group: walkers with the same number walk together; every walker has a number
+        spacing: [m] between neighbours in the group
+        target: (num_walkers, 2) [m] target position, the same for all members of a group
+        time_left: [s] until the next target is picked
+        blocked: [s] time without progress
+        facing: [rad] heading that a standing walker turns to; NaN: none
     """
 
     speed: FloatArray
@@ -43,8 +44,10 @@ class Walkers(NamedTuple):
 class Habits(NamedTuple):
     """The values of `PeopleConfig` that the kernels need.
 
-    half_view: [rad] of the field of view to each side
     group_*: values of `GroupConfig`
+
+    Attributes:
+        half_view: [rad] of the field of view to each side
     """
 
     radius: float
@@ -99,8 +102,9 @@ def sample_speeds(people: PeopleConfig, count: int, rng: np.random.Generator) ->
 def walkers_of(poses: FloatArray, groups: IntArray, people: PeopleConfig, rng: np.random.Generator) -> Walkers:
     """The walkers at the start of an episode, which need a target.
 
-    poses: (num_walkers, 3)
-    groups: (num_walkers,) people with the same number walk together, as far apart as they are now; -1: alone
+    Args:
+        poses: (num_walkers, 3)
+        groups: (num_walkers,) people with the same number walk together, as far apart as they are now; -1: alone
     """
     count, group = len(groups), groups.copy()
     alone = group < 0

@@ -27,8 +27,10 @@ def pick_targets(
 ) -> None:
     """Give a new target to each group in need of one; a group that finds none waits and tries again.
 
-    needed: (num_walkers,); places: (num_walkers, 2) [m] their positions
-    around: obstacles, which targets and the ways to them must avoid
+    Args:
+        needed: (num_walkers,)
+        places: (num_walkers, 2) [m] their positions
+        around: obstacles, which targets and the ways to them must avoid
     """
     people = config.people
     for group in np.unique(walkers.group[needed]):

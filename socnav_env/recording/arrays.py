@@ -98,7 +98,8 @@ def arrays_of(trajectory: Trajectory) -> Arrays:
 def read_arrays(content: bytes, place: str) -> Arrays:
     """Read all arrays of a file.
 
-    Raises `RecordingError` where it is no .npz file, is damaged, or has an array that needs unpickling.
+    Raises:
+        RecordingError: If it is no .npz file, is damaged, or has an array that needs unpickling.
     """
     if not zipfile.is_zipfile(io.BytesIO(content)):
         raise RecordingError(f"{place}: must be a whole .npz file, it is none or its end is missing")

@@ -34,10 +34,11 @@ HEADER_KEYS: Final = {
 class Recording:
     """An episode that can be simulated again.
 
-    random_state: of the world's generator before the warm-up
-    scorer: name of the weights that gave the scores; None without scores
-    versions: of everything that the simulated bits depend on, by name
-    name: its name in error messages
+    Attributes:
+        random_state: of the world's generator before the warm-up
+        scorer: name of the weights that gave the scores; None without scores
+        versions: of everything that the simulated bits depend on, by name
+        name: its name in error messages
     """
 
     trajectory: Trajectory
@@ -60,10 +61,12 @@ class RecordTrajectory(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstruc
     An episode that is broken off by `reset` or `close` is written too; it has no outcome. Recordings in the folder are
     kept: numbers continue after the highest. Environments that write at the same time need different prefixes.
 
-    folder: created if it is missing
-    name_prefix: prefix of the file names
+    Args:
+        folder: created if it is missing
+        name_prefix: prefix of the file names
 
-    Raises `ValueError` where the environment is not SocNav2-v0.
+    Raises:
+        ValueError: If the environment is not SocNav2-v0.
     """
 
     def __init__(self, env: gym.Env[Any, Any], folder: str | os.PathLike[str], name_prefix: str = "episode") -> None:
@@ -105,7 +108,9 @@ class RecordTrajectory(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstruc
 def record_episode(env: gym.Env[Any, Any]) -> Recording:
     """The current or just ended episode of an environment, which may be wrapped.
 
-    Raises `ValueError` where the environment is not SocNav2-v0, `ResetNeeded` where it has no episode yet.
+    Raises:
+        ValueError: If the environment is not SocNav2-v0.
+        ResetNeeded: If it has no episode yet.
     """
     base = _require_socnav(env)
     scorer = base.reward.scorer
@@ -141,7 +146,8 @@ def write_recording(recording: Recording, path: str | os.PathLike[str]) -> None:
 def read_recording(path: str | os.PathLike[str]) -> Recording:
     """Read a recording, whatever version simulated it.
 
-    Raises `RecordingError` with one line naming the file, the error and the rule.
+    Raises:
+        RecordingError: With one line naming the file, the error and the rule.
     """
     place = os.fspath(path)
     try:

@@ -36,9 +36,10 @@ Picture = NDArray[np.uint8]  # (height, width, 3)
 class Look:
     """Options for drawing an episode.
 
-    fps: pictures per second of simulated time; None: one per step
-    scorer: scorer of the heatmap, drawn under the scene for every step; None: no heatmap
-    rings: whether the intimate and personal space of everyone is drawn
+    Attributes:
+        fps: pictures per second of simulated time; None: one per step
+        scorer: scorer of the heatmap, drawn under the scene for every step; None: no heatmap
+        rings: whether the intimate and personal space of everyone is drawn
     """
 
     fps: float | None = None

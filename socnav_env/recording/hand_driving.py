@@ -14,9 +14,10 @@ from socnav_env.trajectories.outcomes import Outcome
 def play_by_hand(env: SocNavEnv, seed: int, file: Path | None = None) -> Iterator[Outcome | None]:
     """Play episodes until the window is closed; yields how each ended, None for one that was broken off.
 
-    env: rendered for people
-    seed: of the first episode
-    file: for a recording of the first episode; those of later ones are written beside it, with numbers
+    Args:
+        env: rendered for people
+        seed: of the first episode
+        file: for a recording of the first episode; those of later ones are written beside it, with numbers
     """
     number = 0
     try:

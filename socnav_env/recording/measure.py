@@ -30,10 +30,12 @@ class Measured:
 def measure_recording(path: str | os.PathLike[str], weights: str | None, without_robot: bool) -> Measured:
     """Measure a recording.
 
-    weights: weights to score it with, instead of the recorded scores
-    without_robot: whether to simulate it again without the robot, for `person_detour` and `person_delay`
+    Args:
+        weights: weights to score it with, instead of the recorded scores
+        without_robot: whether to simulate it again without the robot, for `person_detour` and `person_delay`
 
-    Raises `RecordingError` for an invalid file, and where it has to be simulated again but cannot.
+    Raises:
+        RecordingError: For an invalid file, and where it has to be simulated again but cannot.
     """
     recording = read_recording(path)
     trajectory, scorer = recording.trajectory, recording.scorer
@@ -47,9 +49,11 @@ def measure_scene(
 ) -> Measured:
     """Measure a scene, see `trajectory_of_sequence`.
 
-    weights: weights to score its steps with
+    Args:
+        weights: weights to score its steps with
 
-    Raises `ScenarioError` for an invalid file or one without robot poses.
+    Raises:
+        ScenarioError: For an invalid file or one without robot poses.
     """
     sequence = read_socnav2(path)
     try:

@@ -27,8 +27,9 @@ OUT_OF_REACH = 1000.0  # m from the room, the place of a robot that nobody must 
 class Difference:
     """The first difference between a replayed episode and its recording.
 
-    step: 0 for the start
-    what: the array's name, or "outcome"
+    Attributes:
+        step: 0 for the start
+        what: the array's name, or "outcome"
     """
 
     step: int
@@ -43,7 +44,8 @@ class Difference:
 def replay(recording: Recording) -> Trajectory:
     """Simulate a recording again from its layout, random state and commands, without scores.
 
-    Raises `RecordingError` where it was simulated by other versions, which may differ in insignificant bits.
+    Raises:
+        RecordingError: If it was simulated by other versions, which may differ in insignificant bits.
     """
     trajectory = recording.trajectory
     return _simulate(recording, trajectory.layout, trajectory.commands)
@@ -54,7 +56,8 @@ def rerun_without_robot(recording: Recording) -> Trajectory:
 
     The robot is absent from the warm-up on. In the result it stands far outside of the room.
 
-    Raises `RecordingError` like `replay`.
+    Raises:
+        RecordingError: Like `replay`.
     """
     layout = recording.trajectory.layout
     away = np.array([layout.room.corners[:, 0].max() + OUT_OF_REACH, 0.0, 0.0])
@@ -79,7 +82,8 @@ def first_difference(recorded: Trajectory, repeated: Trajectory) -> Difference |
 def recorded_sequence(recording: Recording, name: str) -> SceneSequence:
     """The whole episode, with its warm-up, as the reward model's scene: a snapshot every control period.
 
-    Raises `RecordingError` like `replay`.
+    Raises:
+        RecordingError: Like `replay`.
     """
     return SceneSequence(tuple(recorder.snapshots[-1] for recorder in _recorders(recording)), name=name)
 
@@ -87,7 +91,8 @@ def recorded_sequence(recording: Recording, name: str) -> SceneSequence:
 def recorded_windows(recording: Recording) -> list[list[FrameGraph]]:
     """The window of frames scored for each step of the episode, see `SocialScorer.score_windows`.
 
-    Raises `RecordingError` like `replay`.
+    Raises:
+        RecordingError: Like `replay`.
     """
     skipped = recording.config.warm_up_steps + 1
     return [recorder.window() for recorder in _recorders(recording)][skipped:]
@@ -96,7 +101,8 @@ def recorded_windows(recording: Recording) -> list[list[FrameGraph]]:
 def recorded_sequences(recording: Recording) -> list[SceneSequence]:
     """The last two seconds at the start and after each step, see `recorded_sequence`.
 
-    Raises `RecordingError` like `replay`.
+    Raises:
+        RecordingError: Like `replay`.
     """
     skipped = recording.config.warm_up_steps
     return [SceneSequence(recorder.snapshots, recording.name) for recorder in _recorders(recording)][skipped:]

@@ -19,9 +19,12 @@ RESOLUTION: Final = 20  # cells along the longer side of a room: coarse, but qui
 def heat_of(scorer: WindowScorer, sequence: SceneSequence, room: Room, resolution: int = RESOLUTION) -> HeatOverlay:
     """The learned score Q2 if the robot had driven the same way elsewhere in the room.
 
-    sequence: the last two seconds or more, with the robot's pose in the room
-    resolution: cells along the longer side of the room
-    Raises `ScenarioError` where the last snapshot has no robot pose.
+    Args:
+        sequence: the last two seconds or more, with the robot's pose in the room
+        resolution: cells along the longer side of the room
+
+    Raises:
+        ScenarioError: If the last snapshot has no robot pose.
     """
     pose = sequence.last.robot_pose
     if pose is None:

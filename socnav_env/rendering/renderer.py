@@ -23,8 +23,10 @@ from socnav_env.rendering.view import SceneView
 class Renderer:
     """Draws scenes, into arrays or into a window.
 
-    size: width and height of a frame in pixels
     controls: keyboard and joystick input of the window
+
+    Args:
+        size: width and height of a frame in pixels
     """
 
     def __init__(self, size: int = DEFAULT_SIZE) -> None:

@@ -18,8 +18,9 @@ def _no_rows(columns: int) -> FloatArray:
 class HeatOverlay:
     """Scores of the robot's last second at other positions in the room.
 
-    low, high: (2,) opposite corners [m] of the grid
-    scores: (num_x, num_y) at the centres of its cells; NaN outside of the room
+    Attributes:
+        low, high: (2,) opposite corners [m] of the grid
+        scores: (num_x, num_y) at the centres of its cells; NaN outside of the room
     """
 
     low: FloatArray
@@ -31,19 +32,23 @@ class HeatOverlay:
 class SceneView:
     """The contents of a picture at one instant, in the world frame: SI units, angles counter-clockwise.
 
-    corners: (num_corners, 2) of the room
-    robot_pose: (3,) x, y, heading
-    goal: (2,)
-    people_poses: (num_people, 3); people_walk: (num_people,) whether each one is a walker
-    object_poses: (num_objects, 3); object_sizes: (num_objects, 2); object_kinds: (num_objects,) of `ObjectKind`
-    interaction_lines: (num_interactions, 4) x1, y1, x2, y2 between those who interact
-    trail: (num_points, 2) the robot's past positions, oldest first
-    trail_marks: (num_frames, 3) robot poses of the frames that are scored
-    scores: q1 and q2, None without a scorer
-    time: [s] since the episode began, of time_limit [s]
-    outcome: of the episode, None while it runs
-    heat: heatmap drawn under the scene; None for none
-    rings: whether the intimate and personal space of everyone is drawn
+    Attributes:
+        corners: (num_corners, 2) of the room
+        robot_pose: (3,) x, y, heading
+        goal: (2,)
+        people_poses: (num_people, 3)
+        people_walk: (num_people,) whether each one is a walker
+        object_poses: (num_objects, 3)
+        object_sizes: (num_objects, 2)
+        object_kinds: (num_objects,) of `ObjectKind`
+        interaction_lines: (num_interactions, 4) x1, y1, x2, y2 between those who interact
+        trail: (num_points, 2) the robot's past positions, oldest first
+        trail_marks: (num_frames, 3) robot poses of the frames that are scored
+        scores: q1 and q2, None without a scorer
+        time: [s] since the episode began, of time_limit [s]
+        outcome: of the episode, None while it runs
+        heat: heatmap drawn under the scene; None for none
+        rings: whether the intimate and personal space of everyone is drawn
     """
 
     corners: FloatArray

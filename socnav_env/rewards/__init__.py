@@ -100,9 +100,12 @@ REWARDS: dict[str, Callable[[RewardConfig, str], Reward]] = {
 def make_reward(reward: str | Mapping[str, float] | Reward, config: RewardConfig, weights: str = "default") -> Reward:
     """Return the reward of this name, a mix, or the given one if it is a `Reward` already.
 
-    reward: a name; a mix as in "learned+0.5*crowdnav", or as in {"learned": 1.0, "crowdnav": 0.5}; or an object
-    weights: the network of learned rewards, see `shared_scorer`
-    Raises `ValueError` for an unknown name, an invalid mix, and an object that is not a reward.
+    Args:
+        reward: a name; a mix as in "learned+0.5*crowdnav", or as in {"learned": 1.0, "crowdnav": 0.5}; or an object
+        weights: the network of learned rewards, see `shared_scorer`
+
+    Raises:
+        ValueError: For an unknown name, an invalid mix, and an object that is not a reward.
     """
     if isinstance(reward, str):
         if reward in REWARDS:

@@ -23,11 +23,12 @@ if TYPE_CHECKING:
 class Moment:
     """The result of a step.
 
-    world: after the step, read-only
-    duration: [s] of the step
-    progress: [m] by which the robot has come closer to its goal, negative if it has moved away
-    outcome: of the episode in this step, None if it goes on
-    scores: learned scores of the last second; None if the reward has no scorer
+    Attributes:
+        world: after the step, read-only
+        duration: [s] of the step
+        progress: [m] by which the robot has come closer to its goal, negative if it has moved away
+        outcome: of the episode in this step, None if it goes on
+        scores: learned scores of the last second; None if the reward has no scorer
     """
 
     world: World
@@ -67,7 +68,8 @@ class Reward(Protocol):
 def weighted_terms(reward: Reward, moment: Moment) -> dict[str, float]:
     """Return each term's contribution; their sum is the reward of the step.
 
-    Raises `ValueError` for a term without a weight.
+    Raises:
+        ValueError: For a term without a weight.
     """
     weights = reward.weights
     try:

@@ -15,7 +15,8 @@ class CrowdNavReward:
     With its weights: 1 for arriving, -0.25 for a collision (in the paper with a person, here with anything), and
     0.5 * (d - 0.2) * dt in any other step that ends with the closest person's surface d < 0.2 m away.
 
-    discomfort_distance: [m] between surfaces
+    Args:
+        discomfort_distance: [m] between surfaces
     """
 
     scorer = None
@@ -39,7 +40,8 @@ class DSRNNReward:
     (2.5 * (d - 0.25) in the paper's steps of 0.25 s); and in all other steps 2 for each metre that the robot has come
     closer to its goal.
 
-    discomfort_distance: [m] between surfaces
+    Args:
+        discomfort_distance: [m] between surfaces
     """
 
     scorer = None

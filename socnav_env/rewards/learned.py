@@ -33,7 +33,8 @@ class RawScoreReward:
     Both are positive nearly everywhere, so that their sum rewards long episodes. Q1 ("the robot does not cause any
     disturbance to the humans in the room") does not depend on the goal.
 
-    weights: of the one term, by the score's name: "q1" or "q2"
+    Args:
+        weights: of the one term, by the score's name: "q1" or "q2"
     """
 
     def __init__(self, weights: Mapping[str, float], scorer: Scorer) -> None:

@@ -12,9 +12,11 @@ class MixedReward:
 
     All parts that need scores share one scorer, so that a step is scored once.
 
-    parts: weight and reward of each part, by name
+    Args:
+        parts: weight and reward of each part, by name
 
-    Raises `ValueError` where there is no part, or parts have different scorers.
+    Raises:
+        ValueError: If there is no part, or parts have different scorers.
     """
 
     def __init__(self, parts: Mapping[str, tuple[float, Reward]]) -> None:

@@ -48,7 +48,8 @@ def names() -> tuple[str, ...]:
 def load_scenario(scenario: str | os.PathLike[str] | Scenario) -> Scenario:
     """Return a scenario by its name or from a file: .yaml as in docs/scenarios.md or .json as in SocNav2.
 
-    Raises `ConfigError` or `ScenarioError`, both `ValueError`s, with one line naming the error and its place.
+    Raises:
+        ConfigError: Or `ScenarioError`, both `ValueError`s, with one line naming the error and its place.
     """
     if not isinstance(scenario, str | os.PathLike):
         if isinstance(scenario, Scenario):

@@ -33,9 +33,10 @@ class Spot:
 class Entity:
     """Anything with a place in the room.
 
-    place: path of the entry in the file, for error messages
-    name: its name in the file, empty without one
-    heading: [rad], the name of what it faces, or None: chosen when drawn
+    Attributes:
+        place: path of the entry in the file, for error messages
+        name: its name in the file, empty without one
+        heading: [rad], the name of what it faces, or None: chosen when drawn
     """
 
     place: str
@@ -53,8 +54,9 @@ class Entity:
 class PersonEntry(Entity):
     """A person, or several alike.
 
-    does: stand, walk (a route) or wander
-    companion: name of the person they walk beside, empty without one
+    Attributes:
+        does: stand, walk (a route) or wander
+        companion: name of the person they walk beside, empty without one
     """
 
     count: tuple[int, int]
@@ -95,7 +97,8 @@ class RoomEntry:
 class SceneFile:
     """The contents of a scenario file.
 
-    overrides: changes to the environment's configuration
+    Attributes:
+        overrides: changes to the environment's configuration
     """
 
     file: str

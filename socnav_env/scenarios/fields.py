@@ -41,7 +41,8 @@ class Amount:
 class Field:
     """A value in a file, and its place there.
 
-    path: of the value in the file, e.g. `people[2].speed`; empty at the top
+    Attributes:
+        path: of the value in the file, e.g. `people[2].speed`; empty at the top
     """
 
     value: object

@@ -23,7 +23,8 @@ class UnfitError(Exception):
 class Floor:
     """All bodies placed so far, with their descriptions for error messages.
 
-    boxes: (num_boxes, 6) initial boxes, which may overlap each other
+    Args:
+        boxes: (num_boxes, 6) initial boxes, which may overlap each other
     """
 
     def __init__(self, room: Room, boxes: FloatArray | None = None) -> None:
@@ -92,7 +93,8 @@ class Floor:
 def ordered_corners(corners: FloatArray) -> FloatArray:
     """The corners of a room counter-clockwise; raises `UnfitError` where its walls cross or enclose too small an area.
 
-    corners: (num_corners, 2) [m]
+    Args:
+        corners: (num_corners, 2) [m]
     """
     walls = Room(corners).walls
     count = len(walls)

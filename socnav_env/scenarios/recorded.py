@@ -154,7 +154,8 @@ def _groups(pairs: IntArray, relations: list[str], walks: BoolArray) -> IntArray
 def _kinds(layout: Layout, pairs: IntArray, relations: list[str]) -> IntArray:
     """The kind of each object, which recordings lack: derived from its interactions, its size and its place.
 
-    pairs: (num_interactions, 2) indices of objects; people are negative
+    Args:
+        pairs: (num_interactions, 2) indices of objects; people are negative
     """
     kinds = np.where(layout.object_sizes.max(axis=1, initial=0.0) < SMALL, ObjectKind.PLANT, ObjectKind.TABLE)
     for pair, relation in zip(pairs.tolist(), relations, strict=True):

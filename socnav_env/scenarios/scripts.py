@@ -20,10 +20,11 @@ STANDING_BACK: Final = 0.01  # m of free way behind a person that counts as none
 class Walk:
     """A person's walk from the start of the episode on.
 
-    speed: [m/s] desired speed; NaN: drawn
-    under_way: whether they are walking when the episode begins
-    route: (num_places, 2) [m], empty without a route
-    delay: [s] waiting time before the route
+    Attributes:
+        speed: [m/s] desired speed; NaN: drawn
+        under_way: whether they are walking when the episode begins
+        route: (num_places, 2) [m], empty without a route
+        delay: [s] waiting time before the route
     """
 
     speed: float = math.nan
@@ -38,7 +39,8 @@ def write_script(
 ) -> Script:
     """The script of a scene with a given start: in the warm-up the robot stands, and people under way walk straight.
 
-    poses: (num_people, 3) at the start
+    Args:
+        poses: (num_people, 3) at the start
     """
     rows = config.warm_up_steps + 1
     ages = config.control_period * np.arange(rows - 1, -1, -1)

@@ -17,7 +17,10 @@ def circle_radius(size: int, spacing: float) -> float:
 def circle_poses(middle: FloatArray, radius: float, size: int, phase: float) -> FloatArray:
     """Poses of people the same distance apart on a circle, all facing its middle. Returns (size, 3).
 
-    middle: (2,); radius: [m]; phase: [rad] angle of the first one, counter-clockwise from the x axis
+    Args:
+        middle: (2,)
+        radius: [m]
+        phase: [rad] angle of the first one, counter-clockwise from the x axis
     """
     angles = phase + 2 * math.pi / size * np.arange(size)
     places = middle + radius * np.column_stack([np.cos(angles), np.sin(angles)])

@@ -12,8 +12,9 @@ from socnav_env.config import PopulationConfig
 class Counts(NamedTuple):
     """The numbers of people, objects and interactions in a scene.
 
-    relations: one name for each interaction
-    walking_groups, circles: number of people in each
+    Attributes:
+        relations: one name for each interaction
+        walking_groups, circles: number of people in each
     """
 
     still: int

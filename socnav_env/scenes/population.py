@@ -41,7 +41,8 @@ def sample_layout(config: EnvConfig, rng: np.random.Generator) -> Layout:
     A population that does not fit is drawn anew, by default with new counts, so that small rooms hold fewer people and
     objects than large ones. The room stays, so that each kind keeps its share.
 
-    Raises `ConfigError` naming the room and the entity without a place, after `population.max_tries` populations.
+    Raises:
+        ConfigError: Naming the room and the entity without a place, after `population.max_tries` populations.
     """
     room = sample_room(config.room, rng)
     failures: Counter[str] = Counter()

@@ -43,12 +43,15 @@ def generate_sequences(
 ) -> int:
     """Write the missing ones of sequences 0 to `num_sequences` - 1 and return their number.
 
-    jobs: number of processes, on which the result does not depend
-    backend: joblib's, from `BACKENDS`; address: of a Ray cluster, None: one on this machine
-    report: called with the number of finished sequences, first of earlier runs, then of every round
+    Args:
+        jobs: number of processes, on which the result does not depend
+        backend: joblib's, from `BACKENDS`
+        address: of a Ray cluster, None: one on this machine
+        report: called with the number of finished sequences, first of earlier runs, then of every round
 
-    Raises `ValueError` where the folder holds sequences of other settings or the backend is not installed, and
-    `GenerationError` where a process was killed or a file could not be written.
+    Raises:
+        ValueError: If the folder holds sequences of other settings or the backend is not installed.
+        GenerationError: If a process was killed or a file could not be written.
     """
     manifest = _manifest(num_sequences, seed)
     _take_folder(folder, manifest)

@@ -71,7 +71,8 @@ def action_space(robot: RobotConfig) -> spaces.Space[NDArray[np.float32]]:
 def command_of(action: ArrayLike, robot: RobotConfig) -> FloatArray:
     """The command (3,) of an action; numbers outside the box are cut off.
 
-    Raises `ValueError` for an action that is not as many finite numbers as the drive has axes.
+    Raises:
+        ValueError: For an action that is not as many finite numbers as the drive has axes.
     """
     values = np.asarray(action, dtype=np.float64)
     size = len(robot.drive_type.axes)

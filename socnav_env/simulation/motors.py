@@ -17,9 +17,10 @@ Velocity = tuple[float, float, float]  # forward [m/s], to the left [m/s], turn 
 class Motion(NamedTuple):
     """What a robot is doing, for compiled code; velocities are forward, to the left, and turning.
 
-    wanted: (3,) velocity that the robot is to take up
-    velocity: (3,) that it has
-    limits: (2,) of the acceleration [m/s^2] and of the turn rate's [rad/s^2], infinite where there is none
+    Attributes:
+        wanted: (3,) velocity that the robot is to take up
+        velocity: (3,) that it has
+        limits: (2,) of the acceleration [m/s^2] and of the turn rate's [rad/s^2], infinite where there is none
     """
 
     wanted: FloatArray

@@ -34,11 +34,12 @@ _STEP, _EACH_BODY, _GET, _SET, _SPACE, _READING, _WRITING = range(7)  # places i
 class Bodies(NamedTuple):
     """The bodies of a space, for compiled code, valid as long as their `Physics` exists; the robot is the last one.
 
-    states: (num_bodies, 6) x, y, heading, vx, vy, turn rate, read from pymunk after each step
-    velocities: (num_bodies, 3) vx, vy, turn rate, to be set before each step
-    touched: whether the robot touched a body, by pymunk's collision type; set during a step, never cleared
-    addresses: of Chipmunk's functions and of their arguments
-    read, written: (1,) Chipmunk's position in its buffers
+    Attributes:
+        states: (num_bodies, 6) x, y, heading, vx, vy, turn rate, read from pymunk after each step
+        velocities: (num_bodies, 3) vx, vy, turn rate, to be set before each step
+        touched: whether the robot touched a body, by pymunk's collision type; set during a step, never cleared
+        addresses: of Chipmunk's functions and of their arguments
+        read, written: (1,) Chipmunk's position in its buffers
     """
 
     states: FloatArray
@@ -52,7 +53,8 @@ class Bodies(NamedTuple):
 class Physics:
     """The pymunk space: bodies for the robot and those who walk, fixed shapes for all else.
 
-    num_walkers: number of people who walk
+    Args:
+        num_walkers: number of people who walk
     """
 
     def __init__(self, num_walkers: int, config: EnvConfig) -> None:

@@ -26,11 +26,14 @@ if TYPE_CHECKING:
 class _Scene(NamedTuple):
     """The parts of a scene that stay the same during an episode.
 
-    ids: (num_entities,) of people, then of objects
-    objects: (num_objects, 3) poses in the room's frame; sizes: (num_objects, 2)
-    goal: (2,); corners: (num_walls, 2)
-    segments: (num_walls,) as in `wall_segments`
-    pairs: (num_interactions, 2) ids
+    Attributes:
+        ids: (num_entities,) of people, then of objects
+        objects: (num_objects, 3) poses in the room's frame
+        sizes: (num_objects, 2)
+        goal: (2,)
+        corners: (num_walls, 2)
+        segments: (num_walls,) as in `wall_segments`
+        pairs: (num_interactions, 2) ids
     """
 
     ids: IntArray
@@ -58,8 +61,11 @@ class Recorder:
     The first one is taken on construction; like the first of every recorded sequence it has no velocities. Each moment
     becomes a frame graph once, which all windows share, and a `Snapshot` on demand.
 
-    control_period: [s] between two snapshots
-    Raises `ScenarioError` where two objects interact.
+    Args:
+        control_period: [s] between two snapshots
+
+    Raises:
+        ScenarioError: If two objects interact.
     """
 
     def __init__(self, world: World, control_period: float) -> None:

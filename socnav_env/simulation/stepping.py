@@ -61,8 +61,11 @@ def state_of(
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """The robot's pose and velocity, (3,), and people's, (num_people, 3).
 
-    bodies: (num_walkers + 1, 6) as in pymunk, the robot last; before: (num_walkers + 1, 3) a period ago
-    walkers: (num_walkers,) index of each walker; standing: (num_people, 3) poses of the others
+    Args:
+        bodies: (num_walkers + 1, 6) as in pymunk, the robot last
+        before: (num_walkers + 1, 3) a period ago
+        walkers: (num_walkers,) index of each walker
+        standing: (num_people, 3) poses of the others
     """
     poses, velocities = standing.copy(), np.zeros_like(standing)
     for row in range(len(walkers)):

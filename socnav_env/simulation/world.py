@@ -105,8 +105,9 @@ class World:
     def advance(self, command: FloatArray) -> None:
         """Simulate one control period.
 
-        command: (3,) forward speed [m/s], speed to the left [m/s] and turn rate [rad/s] of the robot. It stops for
-        the rest of the period if it touches something.
+        Args:
+            command: (3,) forward speed [m/s], speed to the left [m/s] and turn rate [rad/s] of the robot. It stops for
+                the rest of the period if it touches something.
         """
         if self.layout.script is not None and self._periods < 0:
             self._replay_script(self.layout.script)

@@ -27,7 +27,8 @@ def trajectory_of_sequence(
     A scene has no outcome, radii, targets of people, or top speed of the robot. The outcome is None, radii are taken as
     given [m], and all else is NaN. Velocities are those between two snapshots. A person is NaN while out of sight.
 
-    Raises `ScenarioError` where a snapshot has no `robot_pose`.
+    Raises:
+        ScenarioError: If a snapshot has no `robot_pose`.
     """
     robot_poses = np.array([_robot_pose(sequence, index) for index in range(len(sequence))])
     times = np.array([snapshot.timestamp for snapshot in sequence])

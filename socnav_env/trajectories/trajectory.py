@@ -29,18 +29,21 @@ class Trajectory:
 
     Unknown values are NaN: a person who is out of sight, a missing score.
 
-    layout: the room, the objects, the goal and the interactions
-    times: (n + 1,) [s]
-    robot_radius, people_radius: [m]
-    top_speed: [m/s] of the robot
-    robot_poses: (n + 1, 3); robot_velocities: (n + 1, 3) over ground, means over the step that led to a row
-    people_poses: (n + 1, num_people, 3); people_velocities: (n + 1, num_people, 3) likewise
-    people_targets: (n + 1, num_people, 2) [m] targets of walking people during the step
-    commands: (n, 3) the robot's command in each step: forward [m/s], to the left [m/s] and turn rate [rad/s]
-    scores: (n, 2) q1 and q2 after each step
-    interaction_changes: (num_changes, 4) in order: the first row with the change, two people, lower index first, and
-        whether they have begun (1) or ended (0) to talk with each other; row 0: before the start
-    outcome: None if it is unknown, or if the episode was broken off
+    Attributes:
+        layout: the room, the objects, the goal and the interactions
+        times: (n + 1,) [s]
+        robot_radius, people_radius: [m]
+        top_speed: [m/s] of the robot
+        robot_poses: (n + 1, 3)
+        robot_velocities: (n + 1, 3) over ground, means over the step that led to a row
+        people_poses: (n + 1, num_people, 3)
+        people_velocities: (n + 1, num_people, 3) likewise
+        people_targets: (n + 1, num_people, 2) [m] targets of walking people during the step
+        commands: (n, 3) the robot's command in each step: forward [m/s], to the left [m/s] and turn rate [rad/s]
+        scores: (n, 2) q1 and q2 after each step
+        interaction_changes: (num_changes, 4) in order: the first row with the change, two people, lower index first,
+            and whether they have begun (1) or ended (0) to talk with each other; row 0: before the start
+        outcome: None if it is unknown, or if the episode was broken off
     """
 
     layout: Layout

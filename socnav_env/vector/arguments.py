@@ -29,7 +29,8 @@ def autoreset_mode_of(mode: AutoresetMode | str) -> AutoresetMode:
 def seeds_of(seed: Seeds, num_envs: int) -> Sequence[int | None]:
     """Return a seed for each world: from a list of as many, counted upwards from an int, or None for none.
 
-    Raises `ValueError` for a list of another length.
+    Raises:
+        ValueError: For a list of another length.
     """
     if seed is None:
         return [None] * num_envs
@@ -43,9 +44,12 @@ def seeds_of(seed: Seeds, num_envs: int) -> Sequence[int | None]:
 def named_by(mask: Any, has_scene: Sequence[bool] | BoolArray) -> list[int]:
     """Return the indices of the worlds that a reset mask names, all if there is none.
 
-    has_scene: (num_envs,) which worlds have been reset before
-    Raises `TypeError` or `ValueError` for something that is no such mask, `ResetNeeded` where it leaves a world as
-    it is that has no scene yet.
+    Args:
+        has_scene: (num_envs,) which worlds have been reset before
+
+    Raises:
+        TypeError: Or `ValueError` for something that is no such mask.
+        ResetNeeded: If it leaves a world as it is that has no scene yet.
     """
     num_envs = len(has_scene)
     if mask is None:
@@ -67,8 +71,11 @@ def commands_of(
 ) -> list[FloatArray]:
     """Translate the actions of the chosen worlds into commands.
 
-    actions: of `shape`, a row for each world
-    Raises `ValueError` for another shape, and for a row of a chosen world that is not finite.
+    Args:
+        actions: of `shape`, a row for each world
+
+    Raises:
+        ValueError: For another shape, and for a row of a chosen world that is not finite.
     """
     values = np.asarray(actions, dtype=np.float64)
     if values.shape != shape:

@@ -28,13 +28,14 @@ class SocNavVectorEnv(VectorEnv[Any, NDArray[np.float32], NDArray[Any]]):
     seeds, autoreset modes and infos are those of Gymnasium's `SyncVectorEnv`. What is returned shares no memory with
     what was returned before.
 
-    num_envs: how many worlds
-    autoreset_mode: when an episode that has ended begins anew: "NextStep" (in the next step, which ignores that
-        world's action), "SameStep" (at once; what ended is in the infos `final_obs` and `final_info`) or "Disabled"
-        (when `reset(options={"reset_mask": ...})` says so)
-    action_repeat: control periods that an action lasts, at most to the end of the episode. With more than one, rewards
-        are float32 sums over them, as PPO's buffers keep rewards, and infos are those of `merged_infos`
-    arguments: those of `SocNavEnv`; all worlds share one reward and one observation object
+    Args:
+        num_envs: how many worlds
+        autoreset_mode: when an episode that has ended begins anew: "NextStep" (in the next step, which ignores that
+            world's action), "SameStep" (at once; what ended is in the infos `final_obs` and `final_info`) or "Disabled"
+            (when `reset(options={"reset_mask": ...})` says so)
+        action_repeat: control periods that an action lasts, at most to the end of the episode. With more than one,
+            rewards are float32 sums over them, as PPO's buffers keep rewards, and infos are those of `merged_infos`
+        arguments: those of `SocNavEnv`; all worlds share one reward and one observation object
     """
 
     def __init__(
@@ -76,8 +77,9 @@ class SocNavVectorEnv(VectorEnv[Any, NDArray[np.float32], NDArray[Any]]):
     ) -> tuple[Any, dict[str, Any]]:
         """Draw new scenes; see Gymnasium.
 
-        seed: one for each world in a list; or an int s, which gives world i the seed s + i
-        options: `reset_mask`, a bool array (num_envs,), leaves the worlds that it does not name as they are
+        Args:
+            seed: one for each world in a list; or an int s, which gives world i the seed s + i
+            options: `reset_mask`, a bool array (num_envs,), leaves the worlds that it does not name as they are
         """
         seeds = seeds_of(seed, self.num_envs)
         others = dict(options or {})
@@ -89,9 +91,12 @@ class SocNavVectorEnv(VectorEnv[Any, NDArray[np.float32], NDArray[Any]]):
     def step(self, actions: ArrayLike) -> tuple[Any, FloatArray, BoolArray, BoolArray, dict[str, Any]]:
         """Let one action pass in every world, by default one control period; see Gymnasium.
 
-        actions: (num_envs, size of an action)
-        Raises `ValueError` for actions that are not finite numbers of this shape, `ResetNeeded` after the end of an
-        episode that nothing resets; no world has moved then.
+        Args:
+            actions: (num_envs, size of an action)
+
+        Raises:
+            ValueError: For actions that are not finite numbers of this shape.
+            ResetNeeded: After the end of an episode that nothing resets; no world has moved then.
         """
         restarting = self._ended() if self.autoreset_mode is AutoresetMode.NEXT_STEP else []
         running = [index for index in range(self.num_envs) if index not in restarting]
@@ -105,9 +110,12 @@ class SocNavVectorEnv(VectorEnv[Any, NDArray[np.float32], NDArray[Any]]):
     def step_some(self, chosen: Sequence[int], actions: ArrayLike) -> list[StepResult]:
         """Let one control period pass in some of the worlds and reset none: for loops of one's own.
 
-        chosen: indices of worlds whose episodes go on
-        actions: (num_envs, size of an action), of which those of the chosen are read
-        Returns a result for each of them, in their order; what they see is in `observations`. Raises as `step`.
+        Args:
+            chosen: indices of worlds whose episodes go on
+            actions: (num_envs, size of an action), of which those of the chosen are read
+
+        Returns:
+            A result for each of them, in their order; what they see is in `observations`. Raises as `step`.
         """
         envs = [self.envs[index] for index in chosen]
         commands = commands_of(actions, chosen, self.action_space.shape, self.envs[0].config)

@@ -15,9 +15,11 @@ NUMBERS = (int, float, bool)
 def batch_infos(infos: Mapping[int, dict[str, Any]], num_envs: int) -> dict[str, Any]:
     """Gather the infos of single environments key by key, as `VectorEnv._add_info` does one after the other.
 
-    infos: by the environment's index. Each key's values become an array with a row for every environment, of zeros
     or None where an environment has no such key; beside it `_key`, (num_envs,), says which ones have it. Dicts are
     gathered likewise, only `final_obs` are left as they are.
+
+    Args:
+        infos: by the environment's index. Each key's values become an array with a row for every environment, of zeros
     """
     batch: dict[str, Any] = {}
     order = sorted(infos)
@@ -60,7 +62,8 @@ def _empty(key: str, first: Any, num_envs: int) -> NDArray[Any]:
 def join_infos(parts: Sequence[dict[str, Any]], sizes: Sequence[int]) -> dict[str, Any]:
     """Put what `batch_infos` returned for some environments, and for the next ones, into one dict, as if for all.
 
-    sizes: how many environments each part is of
+    Args:
+        sizes: how many environments each part is of
     """
     keys = dict.fromkeys(key for part in parts for key in part)
     return {key: _joined([part.get(key) for part in parts], sizes) for key in keys}

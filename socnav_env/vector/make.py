@@ -13,8 +13,9 @@ from socnav_env.vector.workers_env import SocNavWorkerVectorEnv
 def make_vector_env(num_envs: int = 1, num_workers: int | None = None, **arguments: Any) -> VectorEnv[Any, Any, Any]:
     """Make what `gym.make_vec("SocNav2-v0", ...)` returns.
 
-    num_envs, arguments: see `SocNavVectorEnv`, which this is in the process at hand
-    num_workers: how many processes share the worlds; where given, this is a `SocNavWorkerVectorEnv`
+    Args:
+        num_envs, arguments: see `SocNavVectorEnv`, which this is in the process at hand
+        num_workers: how many processes share the worlds; where given, this is a `SocNavWorkerVectorEnv`
     """
     if num_workers is None:
         return SocNavVectorEnv(num_envs, **arguments)

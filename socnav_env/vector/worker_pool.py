@@ -28,7 +28,8 @@ class WorkerPool:
     What a method raises in a worker is raised here, with the worker's traceback as its cause. The processes are
     started afresh (not forked), so a script that makes a pool needs the usual `if __name__ == "__main__":`.
 
-    makers: of the objects
+    Args:
+        makers: of the objects
     """
 
     def __init__(self, makers: Sequence[Maker]) -> None:

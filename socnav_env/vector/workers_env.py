@@ -30,9 +30,10 @@ class SocNavWorkerVectorEnv(VectorEnv[Any, NDArray[np.float32], NDArray[Any]]):
     message to each process and one back, so processes pay from a few worlds each on. Rewards and observations that
     are objects of one's own are pickled, as are attributes asked for; scripts need `if __name__ == "__main__":`.
 
-    num_envs: how many worlds
-    num_workers: how many processes share them, as evenly as can be
-    autoreset_mode, arguments: see `SocNavVectorEnv`
+    Args:
+        num_envs: how many worlds
+        num_workers: how many processes share them, as evenly as can be
+        autoreset_mode, arguments: see `SocNavVectorEnv`
     """
 
     def __init__(

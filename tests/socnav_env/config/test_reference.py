@@ -10,8 +10,9 @@ from socnav_env.config.reference import Entry, entries
 class Part:
     """A part.
 
-    least, most: [m] of something that needs two lines
-        to be said
+    Attributes:
+        least, most: [m] of something that needs two lines
+            to be said
     """
 
     least: float = 1.0
@@ -22,7 +23,10 @@ class Part:
 class Whole:
     """Everything.
 
-    name: of it: any
+    part: is no entry here.
+
+    Attributes:
+        name: of it: any
 
     Nothing of this belongs to an entry.
         Nor does this.
