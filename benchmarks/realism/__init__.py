@@ -1,1 +1,4 @@
-"""Comparison of simulated with real pedestrians: `python -m benchmarks.realism`."""
+"""Comparison of simulated with real pedestrians: `python -m benchmarks.realism`.
+
+May import `socnav_env` and `reward_model`.
+"""

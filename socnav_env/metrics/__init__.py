@@ -4,6 +4,8 @@ Each function names its source. "Distance" is between surfaces (centre distance 
 says centre. A step is measured at the state after it, so that an episode of n steps has n values; the start, row 0,
 counts only where something changes from it. A measure that has no meaning in an episode (the distance to people
 in a room without any, the time to the goal if it was not reached), or that the recording does not allow, is NaN.
+
+May import `trajectories` and what that is built of.
 """
 
 from __future__ import annotations

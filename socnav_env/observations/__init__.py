@@ -1,6 +1,8 @@
 """Observations: one class per kind, each with `space()` and `observe()`, and a registry.
 
 Everything is in the robot's frame (x forward, y left, counter-clockwise, SI units) and clipped to its box.
+
+May import `simulation` and what that is built of.
 """
 
 from __future__ import annotations

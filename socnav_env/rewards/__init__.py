@@ -1,6 +1,8 @@
 """Rewards: objects that compute named terms, and the weights that sum them up.
 
 Rewards keep no state, so one object serves any number of environments. A new one is a class, and a line in `REWARDS`.
+
+May import `trajectories` and what that is built of.
 """
 
 from __future__ import annotations

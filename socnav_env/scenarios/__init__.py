@@ -1,6 +1,8 @@
 """Scenarios: named scenes, scenes in a user's files, and SocNav2 recordings to continue.
 
 `gym.make("SocNav2-v0", scenario="blind_corner")`. docs/scenarios.md describes the files.
+
+May import `trajectories`, `scenes` and what they are built of.
 """
 
 from __future__ import annotations
