@@ -60,7 +60,7 @@ crowds = st.builds(
 )
 robots = st.builds(
     RobotConfig,
-    drive=st.sampled_from(DRIVES),
+    drive=st.sampled_from(list(DRIVES)),
     max_forward_speed=numbers(0.1, 2.0),
     max_backward_speed=numbers(0.0, 1.0),
     max_sideways_speed=numbers(0.0, 1.0),
