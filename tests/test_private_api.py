@@ -29,10 +29,21 @@ USED = [
     ("numba", "numba.core.types", "unliteral", NUMBA),
     ("numba", "numba.extending", "intrinsic", f"{NUMBA} and {MATMUL}"),
     *(("numba", "numba.core.cgutils", name, MATMUL) for name in ("for_range", "get_or_insert_function")),
+    ("numba", "numba.core.base", "BaseContext.make_array", MATMUL),
+    ("numba", "numba.core.base", "BaseContext.get_dummy_value", f"{NUMBA} and {MATMUL}"),
     *(("llvmlite", "llvmlite.ir", name, MATMUL) for name in ("VectorType", "FunctionType", "Undefined", "Constant")),
     *(
         ("llvmlite", "llvmlite.ir", f"IRBuilder.{name}", MATMUL)
-        for name in ("goto_entry_block", "if_then", "shuffle_vector", "insert_element", "inttoptr")
+        for name in (
+            "extract_value",
+            "goto_entry_block",
+            "icmp_signed",
+            "if_then",
+            "insert_element",
+            "inttoptr",
+            "sdiv",
+            "shuffle_vector",
+        )
     ),
 ]
 

@@ -12,7 +12,6 @@ from socnav_env.geometry.distances import wall_distances
 from socnav_env.geometry.frames import (
     closed_lines,
     lines_between,
-    points_in_frame,
     poses_in_frame,
     turned_velocities,
 )
@@ -53,31 +52,38 @@ def write_entities(
     row[:] = 0.0
     write_robot(row[starts[0] :], pose, velocity, time_left)
     write_points(row[starts[1] : starts[1] + 2], pose, goal)
-    chosen = _chosen(_distances(pose, sight.people_poses), capacities[0], nearest_first)
+    chosen = _chosen_poses(sight.people_poses, pose, capacities[0], nearest_first)
     _write_people(_rows(row, starts, 2, len(chosen), 8), pose, sight, chosen)
-    chosen = _chosen(_distances(pose, sight.object_poses), capacities[1], nearest_first)
+    chosen = _chosen_poses(sight.object_poses, pose, capacities[1], nearest_first)
     _write_objects(_rows(row, starts, 4, len(chosen), 6), pose, sight, chosen)
     walls = closed_lines(corners)
-    chosen = _chosen(wall_distances(pose[0], pose[1], walls), capacities[2], nearest_first)
+    chosen = _chosen_lines(walls, pose, capacities[2], nearest_first)
     write_points(_rows(row, starts, 6, len(chosen), 4), pose, walls[chosen])
     if len(capacities) > 3:
         links = lines_between(sight.interaction_pairs, sight.people_poses, sight.object_poses)
-        chosen = _chosen(wall_distances(pose[0], pose[1], links), capacities[3], nearest_first)
+        chosen = _chosen_lines(links, pose, capacities[3], nearest_first)
         write_points(_rows(row, starts, 8, len(chosen), 4), pose, links[chosen])
 
 
 @njit
-def _distances(pose: FloatArray, poses: FloatArray) -> FloatArray:
-    """(n,) from one pose to others [m]."""
-    distances: FloatArray = np.hypot(poses[:, 0] - pose[0], poses[:, 1] - pose[1])
-    return distances
+def _chosen_poses(poses: FloatArray, pose: FloatArray, capacity: int, nearest_first: bool) -> IntArray:
+    """The entities that get rows, by the distances of their centres."""
+    if len(poses) <= capacity and not nearest_first:
+        return np.arange(len(poses))
+    return _nearest(np.hypot(poses[:, 0] - pose[0], poses[:, 1] - pose[1]), capacity, nearest_first)
 
 
 @njit
-def _chosen(distances: FloatArray, capacity: int, nearest_first: bool) -> IntArray:
-    """Which entities get rows, and in which order: all or, where there are too many, the nearest."""
-    if len(distances) <= capacity and not nearest_first:
-        return np.arange(len(distances))
+def _chosen_lines(lines: FloatArray, pose: FloatArray, capacity: int, nearest_first: bool) -> IntArray:
+    """The lines that get rows, by the distances of their nearest points."""
+    if len(lines) <= capacity and not nearest_first:
+        return np.arange(len(lines))
+    return _nearest(wall_distances(pose[0], pose[1], lines), capacity, nearest_first)
+
+
+@njit
+def _nearest(distances: FloatArray, capacity: int, nearest_first: bool) -> IntArray:
+    """The places of the smallest distances, smallest first or in their own order."""
     nearest: IntArray = np.argsort(distances, kind="mergesort")[:capacity]  # a stable sort
     return nearest if nearest_first else np.sort(nearest)
 
@@ -92,14 +98,22 @@ def _rows(row: Float32Array, starts: IntArray, part: int, count: int, width: int
 @njit
 def write_robot(row: Float32Array, pose: FloatArray, velocity: FloatArray, time_left: float) -> None:
     """Write (4,) forward speed, speed to the left, turn rate, share of the time that is left."""
-    row[:3] = turned_velocities(pose[2], velocity.reshape(1, 3))[0]
+    cosine, sine = math.cos(pose[2]), math.sin(pose[2])
+    row[0] = cosine * velocity[0] + sine * velocity[1]
+    row[1] = cosine * velocity[1] - sine * velocity[0]
+    row[2] = velocity[2]
     row[3] = time_left
 
 
 @njit
 def write_points(rows: Float32Array, pose: FloatArray, points: FloatArray) -> None:
     """Write points, any number of x, y in a row, into rows of the same shape."""
-    rows.reshape(-1, 2)[:] = points_in_frame(pose, points.reshape(-1, 2))
+    cosine, sine = math.cos(pose[2]), math.sin(pose[2])
+    flat_rows, flat_points = rows.reshape(-1, 2), points.reshape(-1, 2)
+    for index in range(len(flat_points)):
+        x, y = flat_points[index, 0] - pose[0], flat_points[index, 1] - pose[1]
+        flat_rows[index, 0] = cosine * x + sine * y
+        flat_rows[index, 1] = cosine * y - sine * x
 
 
 @njit

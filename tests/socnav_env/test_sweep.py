@@ -22,7 +22,10 @@ EVERYTHING = [
 ]
 # Each kind of observation and action once with a reward that reads frames, each reward once, each scenario once.
 SELECTION = [
-    *((observation, "learned", actions, None) for observation, actions in zip(OBSERVATIONS, ACTIONS, strict=True)),
+    *(
+        (observation, "learned", actions, None)
+        for observation, actions in zip(itertools.cycle(OBSERVATIONS), ACTIONS, strict=False)
+    ),
     *(("flat", reward, "holonomic", None) for reward in REWARDS),
     *(("entities", "crowdnav", "differential", scenario) for scenario in SCENARIOS),
 ]

@@ -6,6 +6,7 @@ import sys
 import pytest
 
 from socnav_env.config import AT_PLANT, TALKING, ConfigError, EnvConfig, PopulationConfig
+from socnav_env.config.robot import DRIVES
 
 
 def test_defaults_hold_what_raters_saw():
@@ -81,7 +82,7 @@ def test_a_dict_and_back():
         ({"reward": {"mix": ["learned"]}}, "reward.mix must be pairs such as"),
         ({"reward": {"mix": [["learned", "much"]]}}, "reward.mix: learned must be a number, got 'much'"),
         ({"reward": {"mix": [["q1", 1], ["q1", 2]]}}, "reward.mix must name each reward once, got q1, q1"),
-        ({"robot": {"drive": "legs"}}, "robot.drive must be one of differential, holonomic, got 'legs'"),
+        ({"robot": {"drive": "legs"}}, f"robot.drive must be one of {', '.join(DRIVES)}, got 'legs'"),
         ({"robot": {"max_acceleration": 0}}, "robot.max_acceleration must be a number of at least 0.001, got 0"),
         ({"robot": {"turn_noise": -1}}, "robot.turn_noise must be a number of at least 0, got -1"),
         ({"robot": {"speed_noise": 2.0}}, "robot: at top speed .* got 8.85762 m/s x 0.05 s and 0.25 m"),
