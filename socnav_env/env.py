@@ -56,8 +56,9 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
     Reward: by name, see `socnav_env.rewards`; "learned" is the network's Q2 - 1 every step, with terminal terms for
     arriving and for touching something.
 
-    Termination: the robot arrived, or touched a person, an object or a wall. Truncation:
-    `config.time_limit` is reached. There is no other time limit.
+    Termination: the robot arrived, or touched a person, an object or a wall.
+
+    Truncation: `config.time_limit` is reached. There is no other time limit.
 
     Start: a room drawn with the generator that `reset(seed=)` seeds, after a warm-up in which the robot stands; or a
     scenario, whose ranges are drawn with the same generator.

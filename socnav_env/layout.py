@@ -26,10 +26,9 @@ class ObjectKind(IntEnum):
 class Room:
     """A closed room.
 
-    to corner i + 1
-
     Attributes:
-        corners: (num_corners, 2) [m], counter-clockwise, without repeating the first one; wall i runs from corner i
+        corners: (num_corners, 2) [m], counter-clockwise, without repeating the first one; wall i runs from corner i to
+            corner i + 1
     """
 
     corners: FloatArray

@@ -44,7 +44,7 @@ class Walkers(NamedTuple):
 class Habits(NamedTuple):
     """The values of `PeopleConfig` that the kernels need.
 
-    group_*: values of `GroupConfig`
+    Those that begin with `group_` are values of `GroupConfig`.
 
     Attributes:
         half_view: [rad] of the field of view to each side

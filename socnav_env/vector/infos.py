@@ -15,11 +15,12 @@ NUMBERS = (int, float, bool)
 def batch_infos(infos: Mapping[int, dict[str, Any]], num_envs: int) -> dict[str, Any]:
     """Gather the infos of single environments key by key, as `VectorEnv._add_info` does one after the other.
 
-    or None where an environment has no such key; beside it `_key`, (num_envs,), says which ones have it. Dicts are
-    gathered likewise, only `final_obs` are left as they are.
+    The values of each key become an array with a row for every environment, of zeros or None where an environment has
+    no such key; beside it `_key`, (num_envs,), marks the environments that have it. Dicts are gathered in the same way,
+    only `final_obs` are left as they are.
 
     Args:
-        infos: by the environment's index. Each key's values become an array with a row for every environment, of zeros
+        infos: by the environment's index
     """
     batch: dict[str, Any] = {}
     order = sorted(infos)
