@@ -24,7 +24,12 @@ EVERYTHING = [
 SELECTION = [
     *(
         (observation, "learned", actions, None)
-        for observation, actions in zip(itertools.cycle(OBSERVATIONS), ACTIONS, strict=False)
+        for observation, actions, _ in zip(
+            itertools.cycle(OBSERVATIONS),
+            itertools.cycle(ACTIONS),
+            range(max(len(OBSERVATIONS), len(ACTIONS))),
+            strict=False,
+        )
     ),
     *(("flat", reward, "holonomic", None) for reward in REWARDS),
     *(("entities", "crowdnav", "differential", scenario) for scenario in SCENARIOS),
