@@ -34,6 +34,7 @@ from reward_model.base.progress import watched
 from reward_model.fast.from_checkpoint import tensor_shapes
 from reward_model.graph.frame import FrameGraph
 from reward_model.graph.windows import frame_graph, sequence_frames, wall_segments
+from reward_model.networks.building import trainable_network
 from reward_model.networks.checkpoint import Checkpoint, CheckpointError
 from reward_model.networks.registry import MPNNConfig, NetworkConfig
 from reward_model.published import SIZES, STATE_FILE
@@ -51,7 +52,10 @@ DATA = Path(os.environ.get("SOCNAV_DATA") or Path(__file__).parents[2] / "shared
 ALONE = "compiled, one by one"  # the reference of the others
 AS_PUBLISHED = "DGL, as published"
 
-UNTRAINED = {name: RECIPES["simulated"].settings[kind].network for name, kind in (("R-GCN", "rgcn"), ("GAT", "gat"))}
+UNTRAINED = {
+    name: RECIPES["simulated"].settings[kind].network
+    for name, kind in (("MPNN", "mpnn"), ("R-GCN", "rgcn"), ("GAT", "gat"))
+}
 
 Windows = list[list[FrameGraph]]
 Score = Callable[[Windows], Float32Array]
@@ -172,7 +176,7 @@ def graph_making(sequences: list[SceneSequence]) -> Row:
 
 
 def networks_here(console: Console) -> dict[str, Load]:
-    """The loaders of networks: those with weights on this machine, and the paper's other two, untrained."""
+    """The loaders of networks: those with weights on this machine, and the paper's three, small and untrained."""
     networks: dict[str, Load] = {"default": partial(load_scorer, "default")}
     try:
         weights_path("published")
@@ -184,6 +188,8 @@ def networks_here(console: Console) -> dict[str, Load]:
 
 def untrained(config: NetworkConfig, form: Form) -> SocialScorer:
     """A network with random weights, which take as long as trained ones."""
+    if isinstance(config, MPNNConfig):
+        return SocialScorer(Checkpoint(config, trainable_network(config, 0).state_dict()), "untrained", form)
     generator = torch.Generator().manual_seed(0)
     tensors = {
         name: torch.randn(shape, generator=generator) / shape[-1] ** 0.5 / 2

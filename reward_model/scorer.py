@@ -5,14 +5,16 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Final, Literal, Protocol
+from typing import Final, Literal, NamedTuple, Protocol
 
 import numpy as np
 import platformdirs
 import torch
+from numpy.typing import NDArray
 
 from reward_model.base.arrays import Float32Array
 from reward_model.base.lazy import entry_point
+from reward_model.graph.facts import TrainingRange, facts_of
 from reward_model.graph.features import NUM_FRAMES
 from reward_model.graph.frame import FrameGraph
 from reward_model.graph.windows import sequence_frames
@@ -28,9 +30,28 @@ FORMS: Final[tuple[Form, ...]] = ("auto", "compiled", "dgl")
 _LARGEST_BATCH: Final = 256  # windows at once, so that memory stays small for any number of sequences
 
 
+class Assessment(NamedTuple):
+    """Scores of windows, and how far an ensemble's members are apart.
+
+    Attributes:
+        scores: (num_windows, 2) Q1 and Q2
+        deviations: (num_windows, 2) the members' standard deviations, 0 for a single network
+        in_range: (num_windows,) whether scenes are like those of the training, where the checkpoint says what they were
+    """
+
+    scores: Float32Array
+    deviations: Float32Array
+    in_range: NDArray[np.bool_]
+
+    def rows(self) -> list[Scores]:
+        """The scores of each window."""
+        columns = zip(*self.scores.T.tolist(), *self.deviations.T.tolist(), self.in_range.tolist(), strict=True)
+        return [Scores(*row) for row in columns]
+
+
 class _Network(Protocol):
     def __call__(self, windows: Sequence[Sequence[FrameGraph]]) -> Float32Array:
-        """The windows' scores, (num_windows, 2)."""
+        """The windows' scores, (num_windows, 2); or with their standard deviations, (num_windows, 4)."""
         ...
 
 
@@ -44,6 +65,9 @@ class SocialScorer:
             DGL's
         device: PyTorch's name of the device; compiled networks are fastest for single windows on `cpu`
         operators_file: cache of the operators that the compiled form computes from the weights
+
+    Attributes:
+        training_range: of the facts of the scenes that it was trained on, where the checkpoint says so
 
     Raises:
         CheckpointError: If the weights do not fit their network, it has no compiled form for the device or DGL is not
@@ -62,12 +86,12 @@ class SocialScorer:
         if form not in FORMS:
             raise ValueError(f"form must be one of {list(FORMS)}, got {form!r}")
         self.name = name
+        self.training_range = _training_range(checkpoint)
         self._network = _network(checkpoint, form, torch_device(device), operators_file)
 
     def score(self, sequence: SceneSequence) -> Scores:
         """Score the last second of one sequence."""
-        q1, q2 = self.score_batch([sequence])[0].tolist()
-        return Scores(q1, q2)
+        return self.assess_windows([sequence_frames(sequence)]).rows()[0]
 
     def score_batch(self, sequences: Sequence[SceneSequence]) -> Float32Array:
         """Q1 and Q2 (num_sequences, 2) of each sequence's last second. Raises `ScenarioError` as `frame_graph`."""
@@ -79,12 +103,39 @@ class SocialScorer:
         Raises:
             ValueError: For a window of another number of frames.
         """
+        return self.assess_windows(windows).scores
+
+    def out_of_range(self, windows: Sequence[Sequence[FrameGraph]]) -> list[tuple[str, ...]]:
+        """What about each window lies outside of the training data, in words such as `room of 30 m`.
+
+        Nothing does where the checkpoint does not say what its training data was.
+        """
+        if self.training_range is None:
+            return [()] * len(windows)
+        return self.training_range.exceeded(facts_of(windows))
+
+    def assess_windows(self, windows: Sequence[Sequence[FrameGraph]]) -> Assessment:
+        """Scores and deviations of windows as for `score_windows`."""
         if not windows:
-            return np.zeros((0, 2), dtype=np.float32)
+            nothing = np.zeros((0, 2), dtype=np.float32)
+            return Assessment(nothing, nothing, np.ones(0, dtype=np.bool_))
         for index, window in enumerate(windows):
             if not 1 <= len(window) <= NUM_FRAMES:
                 raise ValueError(f"window {index} must have 1 to {NUM_FRAMES} frames, got {len(window)}")
-        return self._network(windows)
+        answers = self._network(windows)
+        scores = answers[:, :2]
+        deviations = answers[:, 2:] if answers.shape[1] > 2 else np.zeros_like(scores)
+        if self.training_range is None:
+            return Assessment(scores, deviations, np.ones(len(windows), dtype=np.bool_))
+        return Assessment(scores, deviations, self.training_range.contains(facts_of(windows)))
+
+
+def _training_range(checkpoint: Checkpoint) -> TrainingRange | None:
+    document = checkpoint.about.get("range")
+    try:
+        return None if document is None else TrainingRange.of_document(document)
+    except (ValueError, TypeError, AttributeError) as error:
+        raise CheckpointError(f"about.range cannot be read ({error})") from None
 
 
 def _network(checkpoint: Checkpoint, form: Form, device: torch.device, operators_file: Path | None) -> _Network:
@@ -110,7 +161,7 @@ class _OnPyTorch:
     def __call__(self, windows: Sequence[Sequence[FrameGraph]]) -> Float32Array:
         with torch.inference_mode():
             answers = [
-                torch.relu(self._network.answers(windows[start : start + self._batch_size], self._device))
+                self._network.scores_and_deviations(windows[start : start + self._batch_size], self._device)
                 for start in range(0, len(windows), self._batch_size)
             ]
         scores: Float32Array = torch.cat(answers).cpu().numpy()

@@ -66,8 +66,10 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
     Info, every step: `outcome` (None, "arrived", "collision_person", "collision_object", "collision_wall" or
     "timeout"), `is_success`, `in_rated_range` (whether people rated such a robot, see `RobotConfig`),
     `reward_terms` (each term's contribution; their sum is the reward), `reward_weights`, and with a learned
-    reward `q1` and `q2`, the raw scores of the last second. In an episode's last step also `episode_metrics`, see
-    `socnav_env.metrics`. After a reset: `outcome`, `is_success`, `in_rated_range`.
+    reward `q1` and `q2`, the raw scores of the last second, `q1_std` and `q2_std`, their standard deviations over the
+    network's members, and `in_range`, whether the scene is like those that the network was trained on. In an episode's
+    last step also `episode_metrics`, see `socnav_env.metrics`. After a reset: `outcome`, `is_success` and
+    `in_rated_range`.
 
     Versions: v0, the first one.
 
@@ -260,7 +262,7 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
         info["reward_terms"] = terms
         info["reward_weights"] = dict(self.reward.weights)
         if moment.scores is not None:
-            info["q1"], info["q2"] = moment.scores
+            info.update(moment.scores._asdict())
         if moment.outcome is not None:
             info["episode_metrics"] = episode_metrics(episode.trajectory())
         return info

@@ -4,33 +4,48 @@ import json
 
 import pytest
 
-import reward_model.scorer
+import socnav_env.simulated_data.labelled as labelled
 from reward_model.networks.checkpoint import load_checkpoint
 from reward_model.scorer import load_scorer
 from train_reward import main
 
+SMALL = ["--num-shards", "1", "--num-held-out", "1", "--hidden-sizes", "4", "--members", "2", "--max-epochs", "1"]
+
 
 @pytest.fixture(autouse=True)
-def teacher(monkeypatch):
-    default = load_scorer("default")
-    monkeypatch.setattr(reward_model.scorer, "load_scorer", lambda weights: default)
+def small_shards(monkeypatch):
+    monkeypatch.setattr(labelled, "EPISODES_PER_SHARD", 3)
 
 
 def test_it_leaves_a_checkpoint_with_its_card(tmp_path, capfd):
-    arguments = ["--num-windows", "10", "--num-held-out", "4", "--hidden-sizes", "4", "--max-epochs", "2"]
     for folder in ("one", "other"):
-        assert main([*arguments, "--jobs", "1", "--output", str(tmp_path / folder)]) == 0
+        places = ["--work", str(tmp_path / f"work-{folder}"), "--output", str(tmp_path / folder)]
+        assert main([*SMALL, *places, "--teacher", "default", "--jobs", "1"]) == 0
     printed = capfd.readouterr()
     checkpoint = load_checkpoint(tmp_path / "one")
-    assert checkpoint.about["windows"] == {"train": 10, "development": 4, "test": 4}
     assert checkpoint.config.sizes == (42, 4, 2)
+    assert checkpoint.config.options() == {"members": 2}
     assert json.loads(printed.out[: len(printed.out) // 2]) == checkpoint.about
     assert printed.err == ""
-    assert sorted(path.name for path in (tmp_path / "one").iterdir()) == [
-        "README.md",
-        "config.json",
-        "model.safetensors",
-    ]
-    assert "(Bachiller et al. 2021) to 10\nwindows" in (tmp_path / "one" / "README.md").read_text()
+    names = ["README.md", "config.json", "model.safetensors"]
+    assert sorted(path.name for path in (tmp_path / "one").iterdir()) == names
+    card = (tmp_path / "one" / "README.md").read_text()
+    assert f"(Bachiller et al. 2021) to {checkpoint.about['windows']['train']}\nwindows" in card
     weights = [(tmp_path / folder / "model.safetensors").read_bytes() for folder in ("one", "other")]
     assert weights[0] == weights[1]
+    assert load_scorer(tmp_path / "one").training_range is not None
+
+
+def test_a_finished_run_is_not_done_again(tmp_path, capfd):
+    arguments = [*SMALL, "--work", str(tmp_path / "work"), "--output", str(tmp_path / "out"), "--teacher", "default"]
+    assert main([*arguments, "--jobs", "1"]) == 0
+    shard = tmp_path / "work" / "train" / "00000.npz"
+    before = shard.stat().st_mtime_ns
+    assert main([*arguments, "--jobs", "1"]) == 0
+    assert shard.stat().st_mtime_ns == before
+    capfd.readouterr()
+
+
+def test_a_share_of_people_beyond_all_is_refused(capfd):
+    assert main(["--people-share", "1.0"]) == 2
+    assert "people_share must lie in 0..1, 1 excluded, got 1.0" in capfd.readouterr().err

@@ -24,11 +24,15 @@ from reward_model.commands.studies import Experiments, Label, Search
 
 if TYPE_CHECKING:
     from reward_model.graph.frame import FrameGraph
+    from reward_model.scenes.scene import Scores
 
 
 @dataclass(frozen=True)
 class Score:
     """Score recorded scenes: one JSON line a file with its Q1 and Q2, 0 (unacceptable) to 1 (perfect).
+
+    A line also has the standard deviations over an ensemble's members, 0 for a single network, and whether the scene is
+    in the range of the network's training data, with what is not: "room of 30 m".
 
     All files are read before the first line is printed. Where one of them is no valid scene, nothing is scored:
     a line on stderr names each bad file, and the exit status is 2.
@@ -49,8 +53,9 @@ class Score:
 
         weights_path(self.weights)  # where there are none, say so before reading what may be many files
         windows = _read_windows(self.files)
-        scores = load_scorer(self.weights, self.form).score_windows(windows).tolist()
-        print("\n".join(_score_lines(self.files, scores)), flush=True)
+        scorer = load_scorer(self.weights, self.form)
+        scores = scorer.assess_windows(windows).rows()
+        print("\n".join(_score_lines(self.files, scores, scorer.out_of_range(windows))), flush=True)
 
 
 @dataclass(frozen=True)
@@ -175,13 +180,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return run_command("python -m reward_model", COMMANDS, arguments)
 
 
-def _score_lines(files: Sequence[Path], scores: Sequence[tuple[float, float]]) -> list[str]:
-    rows = list(zip(files, scores, strict=True))
-    problems = [file for file, pair in rows if not all(map(math.isfinite, pair))]
+def _score_lines(files: Sequence[Path], scores: Sequence[Scores], out_of_range: Sequence[tuple[str, ...]]) -> list[str]:
+    rows = list(zip(files, scores, out_of_range, strict=True))
+    problems = [file for file, each, _ in rows if not (math.isfinite(each.q1) and math.isfinite(each.q2))]
     if problems:
         remedy = "must have a finite score; are its lengths in metres?"
         raise ValueError("\n".join(f"{file}: {remedy}" for file in problems))
-    return [json.dumps({"file": str(file), "q1": q1, "q2": q2}) for file, (q1, q2) in rows]
+    return [json.dumps({"file": str(file), **each._asdict(), "out_of_range": reasons}) for file, each, reasons in rows]
 
 
 def _read_windows(files: Sequence[Path]) -> list[list[FrameGraph]]:

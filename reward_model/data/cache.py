@@ -23,7 +23,7 @@ from reward_model.data.examples import Examples
 from reward_model.graph.features import LAYOUT_VERSION
 from reward_model.graph.frame import FrameGraph
 
-_VERSION: Final = "socnav2-examples-2"  # changed with the way files are read and with an entry's arrays
+_VERSION: Final = "socnav2-examples-3"  # changed with the way files are read and with an entry's arrays
 _INDEX_FILE: Final = "index.json"
 _NAMES_FILE: Final = "names.json"
 _OF_NODES: Final = ("features", "kinds", "keys", "lengths")
@@ -65,9 +65,9 @@ class StoredWindows(Sequence[list[FrameGraph]]):
     def _frame(self, index: int) -> FrameGraph:
         nodes = slice(*self._arrays["node_starts"][index : index + 2].tolist())
         links = slice(*self._arrays["link_starts"][index : index + 2].tolist())
-        return FrameGraph(
-            *(self._arrays[name][nodes] for name in _OF_NODES), *(self._arrays[name][links] for name in _OF_LINKS)
-        )
+        arrays = {name: self._arrays[name][nodes] for name in _OF_NODES}
+        arrays |= {name: self._arrays[name][links] for name in _OF_LINKS}
+        return FrameGraph(**arrays, surroundings=self._arrays["surroundings"][index])
 
 
 def cached_examples(files: tuple[Path, ...], variety: str, folder: Path, make: Callable[[], Examples]) -> Examples:
@@ -150,6 +150,7 @@ def _flattened(examples: Examples) -> Arrays:
     arrays: Arrays = {
         name: np.concatenate([getattr(frame.arrays, name) for frame in frames]) for name in (*_OF_NODES, *_OF_LINKS)
     }
+    arrays["surroundings"] = np.array([frame.arrays.surroundings for frame in frames])
     arrays["node_starts"] = _starts([len(frame) for frame in frames])
     arrays["link_starts"] = _starts([frame.num_links for frame in frames])
     arrays["window_frames"] = np.array(window_frames, dtype=np.int64)

@@ -9,11 +9,13 @@ from typing import Final
 import joblib
 import numpy as np
 
+from reward_model.base.arrays import Float32Array
 from reward_model.base.files import replace_file
 from reward_model.data.examples import DatasetError
 from reward_model.data.files import find_files
 from reward_model.data.labelled_windows import LabelledWindows
 from reward_model.graph.frame import FrameGraph
+from reward_model.graph.windows import mirrored_frame, reversed_walls
 from reward_model.scenes.scene import LabelledSequence, ScenarioError
 from reward_model.scenes.socnav2_json import encode_socnav2, read_socnav2
 from reward_model.scorer import SocialScorer, load_scorer
@@ -34,6 +36,24 @@ def label_windows(
         scores.append(scorer.score_windows(windows[start : start + _TOGETHER]))
         report(len(scores[-1]))
     return LabelledWindows(windows, np.concatenate(scores))
+
+
+NUM_IMAGES: Final = 4
+
+
+def image_scores(scorer: SocialScorer, windows: Sequence[Sequence[FrameGraph]]) -> Float32Array:
+    """Scores (num_windows, 4, 2) of each window and its images: walls reversed, mirrored, mirrored and walls reversed.
+
+    The four show one scene: people's scores do not depend on which side is left, nor on the end from which a wall is
+    listed. The scores of a network that was not made symmetric do; their mean is the symmetrised network's answer.
+    """
+    images: list[list[list[FrameGraph]]] = [
+        [list(window) for window in windows],
+        [[reversed_walls(frame) for frame in window] for window in windows],
+        [[mirrored_frame(frame) for frame in window] for window in windows],
+        [[mirrored_frame(frame, turn_walls=True) for frame in window] for window in windows],
+    ]
+    return np.stack([scorer.score_windows(each) for each in images], axis=1)
 
 
 def unlabelled_files(data: Path, output: Path) -> tuple[Path, ...]:

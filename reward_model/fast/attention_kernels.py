@@ -13,9 +13,10 @@ import numpy as np
 from reward_model.base.arrays import Float32Array, IntArray
 from reward_model.base.numba import njit
 from reward_model.fast.elu import apply_elu
-from reward_model.fast.grouped_window import FEATURES, NUM_KINDS, NUM_MANY_TO_ONE, Edges, Nodes, Stack, flat_windows
+from reward_model.fast.grouped_window import FEATURES, NUM_KINDS, NUM_MANY_TO_ONE, Edges, Nodes, flat_windows
 from reward_model.fast.matmul import add_product
 from reward_model.graph.features import NUM_FRAMES
+from reward_model.graph.packing import Stack
 
 _NUM_FEATURES = tuple(map(len, FEATURES))
 

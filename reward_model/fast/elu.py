@@ -1,4 +1,4 @@
-"""ELU in compiled code, the fused networks' only function besides sums and products."""
+"""ELU and the exponential in compiled code, vectorised."""
 
 from __future__ import annotations
 
@@ -15,6 +15,18 @@ _DOUBLINGS: Final = 6
 _SCALE: Final = np.float32(1 / 2**_DOUBLINGS)
 _TAYLOR: Final = tuple(np.float32(1 / math.factorial(power)) for power in range(1, 8))  # of expm1
 _TWO: Final = np.float32(2.0)
+
+
+@njit
+def apply_exp(values: Float32Array) -> None:
+    """The exponential in place of numbers (n,) within +-16, in the way of `apply_elu`."""
+    for place in range(len(values)):
+        x = values[place] * _SCALE
+        y = x * (_TAYLOR[3] + x * (_TAYLOR[4] + x * (_TAYLOR[5] + x * _TAYLOR[6])))
+        y = x * (_TAYLOR[0] + x * (_TAYLOR[1] + x * (_TAYLOR[2] + y)))
+        for _ in range(_DOUBLINGS):
+            y = y * (y + _TWO)
+        values[place] = y + np.float32(1.0)
 
 
 @njit

@@ -18,10 +18,9 @@ import numpy as np
 import torch
 
 from reward_model.base.arrays import Float32Array
-from reward_model.fast.grouped_window import Stack, stack_windows
-from reward_model.graph.frame import FrameGraph
+from reward_model.graph.frame import FrameGraph, stack_windows
+from reward_model.graph.packing import Stack
 
-_TOGETHER: Final = 8  # windows of a batch, whose data fits into a core's own cache
 _LEAST_SHARE: Final = 4  # windows for which a thread of their own pays
 
 Arrays = TypeVar("Arrays", bound=tuple[Any, ...])
@@ -34,16 +33,25 @@ class FusedNetwork:
 
     Args:
         network: a named tuple of arrays
-        score_windows: compiled code that writes the scores (num_windows, 2) of windows, given that tuple
+        score_windows: compiled code that writes the scores of windows (num_windows, columns), given that tuple
+        columns: Q1 and Q2, or these and their standard deviations
+        together: windows of a batch, whose data should fit into a core's own cache
     """
 
-    def __init__(self, network: Arrays, score_windows: Callable[[Stack, Float32Array, Arrays], None]) -> None:
+    def __init__(
+        self,
+        network: Arrays,
+        score_windows: Callable[[Stack, Float32Array, Arrays], None],
+        columns: int = 2,
+        together: int = 8,
+    ) -> None:
+        self._columns, self._together = columns, together
         self._network: Any = network
         self._score_windows: Callable[[Stack, Float32Array, Any], None] = score_windows
 
     def __call__(self, windows: Sequence[Sequence[FrameGraph]]) -> Float32Array:
-        """Scores (num_windows, 2) of windows of up to three frames, newest first."""
-        scores = np.empty((len(windows), 2), dtype=np.float32)
+        """Scores (num_windows, columns) of windows of up to three frames, newest first."""
+        scores = np.empty((len(windows), self._columns), dtype=np.float32)
         num_shares = min(torch.get_num_threads(), len(windows) // _LEAST_SHARE)
         if num_shares <= 1:
             self._score(windows, scores)
@@ -58,8 +66,8 @@ class FusedNetwork:
         return scores
 
     def _score(self, windows: Sequence[Sequence[FrameGraph]], scores: Float32Array) -> None:
-        for start in range(0, len(windows), _TOGETHER):
-            few = slice(start, start + _TOGETHER)
+        for start in range(0, len(windows), self._together):
+            few = slice(start, start + self._together)
             self._score_windows(stack_windows(windows[few]), scores[few], self._network)
 
 

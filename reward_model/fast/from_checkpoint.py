@@ -21,6 +21,8 @@ from reward_model.fast.grouped_window import FEATURES
 from reward_model.fast.matmul import LANES
 from reward_model.fast.relational_kernels import score_by_relation
 from reward_model.fast.relational_weights import RelationalNetwork, flat_layers
+from reward_model.fast.star_layers import score_stars
+from reward_model.fast.star_weights import star_arrays
 from reward_model.graph.features import NUM_RELATIONS
 from reward_model.graph.packing import NUM_PACKED
 from reward_model.networks.building import trained_network
@@ -28,6 +30,9 @@ from reward_model.networks.checkpoint import Checkpoint, check_tensors
 from reward_model.networks.edge_networks import MEASURED, PLAIN, LayerOperators
 from reward_model.networks.factorised_mpnn import FactorisedMPNN
 from reward_model.networks.registry import GATConfig, NetworkConfig, RGCNConfig
+from reward_model.networks.star import StarNetwork
+
+_STARS_TOGETHER = 64  # windows, which need little memory
 
 
 def compiled_rgcn(checkpoint: Checkpoint, operators_file: Path | None = None) -> FusedNetwork:
@@ -55,6 +60,14 @@ def compiled_mpnn(checkpoint: Checkpoint, operators_file: Path | None = None) ->
     network = trained_network(checkpoint)
     assert isinstance(network, FactorisedMPNN)
     return FusedNetwork(flat_layers(network.scoring_operators(operators_file)), score_by_relation)
+
+
+def compiled_star(checkpoint: Checkpoint, operators_file: Path | None = None) -> FusedNetwork:
+    """A star network. Raises `CheckpointError` where the weights do not fit it."""
+    network = trained_network(checkpoint)
+    assert isinstance(network, StarNetwork)
+    arrays = star_arrays(network, checkpoint.config.sizes[1:-1])
+    return FusedNetwork(arrays, score_stars, columns=4, together=_STARS_TOGETHER)
 
 
 def tensor_shapes(config: NetworkConfig) -> dict[str, tuple[int, ...]]:

@@ -7,16 +7,14 @@ are in groups of one relation and one centre: the receiver of a many-to-one grou
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
 
-from reward_model.base.arrays import Float32Array, Int32Array, IntArray
+from reward_model.base.arrays import Float32Array, IntArray
 from reward_model.base.numba import njit
 from reward_model.graph.features import COLUMNS, FROM_ROOM, NUM_FRAMES, TO_ROOM, NodeKind, Relation
-from reward_model.graph.frame import FrameGraph
-from reward_model.graph.packing import NUM_PACKED, num_words, offsets
+from reward_model.graph.packing import NUM_PACKED, Stack, num_words, offsets
 
 KINDS: Final = (NodeKind.ROOM, NodeKind.PERSON, NodeKind.OBJECT, NodeKind.WALL, NodeKind.GOAL)
 NUM_KINDS: Final = len(KINDS)
@@ -39,18 +37,6 @@ NUM_INTO_ROOM: Final = NUM_KINDS - 1  # the first of MANY_TO_ONE
 
 _PLACE_OF_KIND: Final = np.array([KINDS.index(kind) for kind in NodeKind])
 _PLACE_OF_RELATION: Final = np.array([GROUPED.index(each) if each in GROUPED else -1 for each in Relation])
-
-
-class Stack(NamedTuple):
-    """The packed frames of several windows, one after the other.
-
-    Attributes:
-        words: see `reward_model.graph.packing`
-        sizes: (num_windows,) number of frames of each window
-    """
-
-    words: Int32Array
-    sizes: IntArray
 
 
 class Nodes(NamedTuple):
@@ -87,12 +73,6 @@ class Edges(NamedTuple):
     centres: IntArray
     starts: IntArray
     bounds: IntArray
-
-
-def stack_windows(windows: Sequence[Sequence[FrameGraph]]) -> Stack:
-    """Concatenate the frames of windows, newest first."""
-    words = [frame.words for window in windows for frame in window]
-    return Stack(np.concatenate(words), np.array([len(window) for window in windows]))
 
 
 @njit

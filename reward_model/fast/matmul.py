@@ -31,6 +31,7 @@ _NUMBER_SIZE: Final = 4  # bytes, and how vectors are aligned
 _COPIES: Final = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
 
 _AddColumns = Callable[[Float32Array, int, int, Float32Array, int, Float32Array, int, int, int, int], None]
+_AddFlatColumns = Callable[[Float32Array, int, int, Float32Array, int, Float32Array, int, int, int, int, int], None]
 
 
 class _Matrix:
@@ -48,15 +49,28 @@ class _Matrix:
         return self._builder.bitcast(self._builder.gep(self._start, [offset]), kind.as_pointer())
 
 
+class _FlatMatrix:
+    """Rows in a numba array of one dimension: the first number's place, and the numbers from one row to the next."""
+
+    def __init__(self, builder: Any, array: Any, start: Any, stride: Any) -> None:
+        self._builder, self._stride = builder, stride
+        self._start = builder.gep(builder.bitcast(array.data, _NUMBER.as_pointer()), [start])
+
+    def place(self, row: Any, column: Any, kind: Any) -> Any:
+        """The address of an element, as a pointer to a number or to a vector."""
+        offset = self._builder.add(self._builder.mul(row, self._stride), column)
+        return self._builder.bitcast(self._builder.gep(self._start, [offset]), kind.as_pointer())
+
+
 class _Product(NamedTuple):
     """The operands of a product in generated code; see `add_product`."""
 
-    left: _Matrix
+    left: _Matrix | _FlatMatrix
     left_row: Any
     left_column: Any
-    right: _Matrix
+    right: _Matrix | _FlatMatrix
     right_row: Any
-    out: _Matrix
+    out: _Matrix | _FlatMatrix
     out_row: Any
     out_column: Any
     rows: Any
@@ -85,6 +99,46 @@ def _columns_adder(vectors: int) -> _AddColumns:
         return types.void(left, i, j, right, k, out, row, column, rows, inner), generate
 
     return cast(_AddColumns, add_columns)
+
+
+def _flat_columns_adder(vectors: int) -> _AddFlatColumns:
+    """As `_columns_adder`, with the arguments of `add_flat_product`, the first column before the number of rows."""
+
+    @intrinsic
+    def add_columns(
+        _: Any,
+        left: Any,
+        left_start: Any,
+        left_stride: Any,
+        right: Any,
+        right_start: Any,
+        out: Any,
+        out_start: Any,
+        columns: Any,
+        column: Any,
+        rows: Any,
+        inner: Any,
+    ) -> Any:
+        kinds = (left, left_start, left_stride, right, right_start, out, out_start, columns, column, rows, inner)
+
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            left, left_start, left_stride, right, right_start, out, out_start, columns, column, rows, inner = arguments
+            arrays = (
+                context.make_array(signature.args[place])(context, builder, value)
+                for place, value in ((0, left), (3, right), (5, out))
+            )
+            places = ((left_start, left_stride), (right_start, columns), (out_start, columns))
+            factor, other, result = (
+                _FlatMatrix(builder, array, *place) for array, place in zip(arrays, places, strict=True)
+            )
+            none = _OFFSET(0)
+            product = _Product(factor, none, none, other, none, result, none, column, rows, inner)
+            _add_column_of_tiles(builder, product, vectors)
+            return context.get_dummy_value()
+
+        return types.void(*kinds), generate
+
+    return cast(_AddFlatColumns, add_columns)
 
 
 def _add_column_of_tiles(builder: Any, product: _Product, vectors: int) -> None:
@@ -162,3 +216,35 @@ def add_product(
         column += 2 * LANES
     if column < columns:
         add_one_vector(left, left_row, left_column, right, right_row, out, out_row, column, rows, inner)
+
+
+_add_one_flat, _add_two_flat, _add_three_flat = _flat_columns_adder(1), _flat_columns_adder(2), _flat_columns_adder(3)
+
+
+@njit
+def add_flat_product(
+    left: Float32Array,
+    left_start: int,
+    left_stride: int,
+    right: Float32Array,
+    right_start: int,
+    out: Float32Array,
+    out_start: int,
+    columns: int,
+    rows: int,
+    inner: int,
+) -> None:
+    """Add the product of two matrices to a third, all of them parts of arrays of one dimension.
+
+    `rows` by `inner` numbers of `left`, a row `left_stride` numbers after the last; `inner` rows of `right` and `rows`
+    rows of `out`, both of `columns` numbers, a multiple of `LANES`. Each part begins at its start.
+    """
+    column = 0
+    while columns - column > 4 * LANES or columns - column == 3 * LANES:
+        _add_three_flat(left, left_start, left_stride, right, right_start, out, out_start, columns, column, rows, inner)
+        column += 3 * LANES
+    while columns - column >= 2 * LANES:
+        _add_two_flat(left, left_start, left_stride, right, right_start, out, out_start, columns, column, rows, inner)
+        column += 2 * LANES
+    if column < columns:
+        _add_one_flat(left, left_start, left_stride, right, right_start, out, out_start, columns, column, rows, inner)

@@ -16,10 +16,11 @@ from reward_model.fast.edge_messages import (
     relation_means,
 )
 from reward_model.fast.elu import apply_elu
-from reward_model.fast.grouped_window import FEATURES, NUM_KINDS, Edges, Nodes, Stack, flat_windows
+from reward_model.fast.grouped_window import FEATURES, NUM_KINDS, Edges, Nodes, flat_windows
 from reward_model.fast.matmul import add_product
 from reward_model.fast.relational_weights import NUM_PLAIN, Layer, RelationalNetwork, layer_at
 from reward_model.graph.features import NUM_FRAMES, Relation
+from reward_model.graph.packing import Stack
 from reward_model.networks.edge_networks import PLAIN
 
 _SELF: Final = PLAIN.index(Relation.SELF)

@@ -2,11 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from reward_model.base.arrays import Float32Array, Int32Array, IntArray
-from reward_model.graph.packing import FrameArrays, packed, unpacked
+from reward_model.graph.packing import FrameArrays, Stack, packed, unpacked, views
+
+
+class Surroundings(NamedTuple):
+    """What a frame keeps of the scene's geometry beside its nodes; distances are from the robot's centre.
+
+    Attributes:
+        person: [m] to the closest person's centre
+        object: [m] to the closest object's outline, 0 inside it
+        wall: [m] to the closest wall
+        extent: [m] the larger of the room's widths along its longest wall and across it
+
+    Distances are infinite, and the extent 0, where there is nothing of the kind or nothing is known.
+    """
+
+    person: float
+    object: float
+    wall: float
+    extent: float
+
+
+UNKNOWN_SURROUNDINGS = Surroundings(np.inf, np.inf, np.inf, 0.0)
 
 
 class FrameGraph:
@@ -23,6 +47,7 @@ class FrameGraph:
         link_sources, link_targets: (num_links,) node indices of the edges between people, objects and walls
         link_relations: (num_links,) of `Relation`
         link_lengths: (num_links,) [dam] between people and objects, [m] between a person and a wall
+        surroundings: (4,) the fields of `Surroundings`, no part of the graph; unknown by default
     """
 
     __slots__ = ("_arrays", "_words")
@@ -37,9 +62,12 @@ class FrameGraph:
         link_targets: Int32Array,
         link_relations: Int32Array,
         link_lengths: Float32Array,
+        surroundings: Float32Array | None = None,
     ) -> None:
+        if surroundings is None:
+            surroundings = np.array(UNKNOWN_SURROUNDINGS, dtype=np.float32)
         self._arrays: FrameArrays | None = FrameArrays(
-            features, kinds, keys, lengths, link_sources, link_targets, link_relations, link_lengths
+            features, kinds, keys, lengths, link_sources, link_targets, link_relations, link_lengths, surroundings
         )
         self._words: Int32Array | None = None
 
@@ -71,9 +99,21 @@ class FrameGraph:
         return FrameGraph(*self.arrays._replace(**changes))  # type: ignore[arg-type]
 
     @property
+    def surroundings(self) -> Surroundings:
+        """Distances from the robot, and the room's extent."""
+        stored = self._arrays.surroundings if self._arrays is not None else views(self.words).surroundings
+        return Surroundings(*stored.tolist())
+
+    @property
     def num_links(self) -> int:
         """The number of links."""
         return len(self._arrays.link_lengths) if self._arrays is not None else int(self.words[1])
 
     def __len__(self) -> int:
         return len(self._arrays.kinds) if self._arrays is not None else int(self.words[0])
+
+
+def stack_windows(windows: Sequence[Sequence[FrameGraph]]) -> Stack:
+    """Concatenate the frames of windows, newest first."""
+    words = [frame.words for window in windows for frame in window]
+    return Stack(np.concatenate(words), np.array([len(window) for window in windows]))

@@ -18,6 +18,7 @@ from reward_model.graph.packing import empty_words, views
 _NEAR_WALL = 1.5  # m, below this distance a person is joined to a segment's midpoint
 _ADVANCE_SCALE = 9.4 / 3.5  # 1/(m/s): the fastest command in the data becomes 1
 _TURN_SCALE = -10.32 / 4.0  # 1/(rad/s): likewise, and clockwise
+_FARTHEST = 1e9  # m, of walls where the distance to them is computed
 _ROOM_KEY = np.iinfo(np.int64).min  # keys of room, goal and segments are below every id that fits in 62 bits
 
 
@@ -75,7 +76,56 @@ def packed_frame(
     _fill_walls(features, lengths, goal_node + 1, midpoints, directions)
     frame.link_sources[:], frame.link_targets[:] = links.sources, links.targets
     frame.link_relations[:], frame.link_lengths[:] = links.relations, links.lengths
+    _fill_surroundings(frame.surroundings, people.poses, objects.poses, sizes, walls)
     return words
+
+
+@njit
+def _fill_surroundings(
+    out: Float32Array, people: FloatArray, objects: FloatArray, sizes: FloatArray, walls: FloatArray
+) -> None:
+    """Fill the fields of `reward_model.graph.frame.Surroundings`."""
+    out[:3] = np.inf
+    for person in range(len(people)):
+        out[0] = min(out[0], np.hypot(people[person, 0], people[person, 1]))
+    for index in range(len(objects)):
+        x, y, heading = objects[index]
+        along, across = np.cos(heading) * x + np.sin(heading) * y, np.cos(heading) * y - np.sin(heading) * x
+        ahead, beside = abs(along) - sizes[index, 0] / 2.0, abs(across) - sizes[index, 1] / 2.0
+        out[1] = min(out[1], np.hypot(max(ahead, 0.0), max(beside, 0.0)))
+    for wall in range(len(walls)):
+        x, y = _limited(walls[wall, 0]), _limited(walls[wall, 1])
+        dx, dy = _limited(walls[wall, 2]) - x, _limited(walls[wall, 3]) - y
+        share = min(max(-(x * dx + y * dy) / max(dx * dx + dy * dy, 1e-12), 0.0), 1.0)
+        out[2] = min(out[2], np.hypot(x + share * dx, y + share * dy))
+    out[3] = _extent(walls)
+
+
+@njit
+def _limited(coordinate: float) -> float:
+    """The coordinate within +-`_FARTHEST`, so that squares are finite."""
+    return min(max(coordinate, -_FARTHEST), _FARTHEST)
+
+
+@njit
+def _extent(walls: FloatArray) -> float:
+    """[m] the larger of all walls' widths along the longest wall and across it."""
+    longest, cos, sin = 0.0, 1.0, 0.0
+    for wall in range(len(walls)):
+        dx, dy = walls[wall, 2] - walls[wall, 0], walls[wall, 3] - walls[wall, 1]
+        length = np.hypot(dx, dy)
+        if length > longest and np.isfinite(length):
+            longest, cos, sin = length, dx / length, dy / length
+    extent = 0.0
+    for _ in range(2 if len(walls) else 0):
+        low, high = np.inf, -np.inf
+        for wall in range(len(walls)):
+            for end in range(0, 4, 2):
+                place = cos * walls[wall, end] + sin * walls[wall, end + 1]
+                low, high = min(low, place), max(high, place)
+        extent = max(extent, high - low)
+        cos, sin = -sin, cos
+    return extent
 
 
 @njit

@@ -3,8 +3,9 @@
 Passing eight arrays between compiled code and Python takes longer than computing them. At most 15 of a node's 42
 features can differ from 0, depending on its kind.
 
-The words, 32 bits each: the numbers of nodes and of links, the nodes' keys (two words each), kinds, lengths and 16
-features each, then the links' sources, targets, relations and lengths. One more word may make their number even.
+The words, 32 bits each: the numbers of nodes and of links, the surroundings (4), the nodes' keys (two words each),
+kinds, lengths and 16 features each, then the links' sources, targets, relations and lengths. One more word may make
+their number even.
 """
 
 from __future__ import annotations
@@ -18,7 +19,8 @@ from reward_model.base.numba import njit
 from reward_model.graph.features import COLUMNS, NUM_NODE_FEATURES
 
 NUM_PACKED: Final = 16  # features of a node, as many as one vector of a processor holds
-_HEADER = 2
+NUM_SURROUNDINGS: Final = 4  # see `FrameGraph`
+_HEADER = 2 + NUM_SURROUNDINGS
 _TABLE = np.array([(*columns, *[-1] * (NUM_PACKED - len(columns))) for columns in COLUMNS])
 _WIDTHS = np.array([len(columns) for columns in COLUMNS])
 
@@ -34,6 +36,19 @@ class FrameArrays(NamedTuple):
     link_targets: Int32Array
     link_relations: Int32Array
     link_lengths: Float32Array
+    surroundings: Float32Array
+
+
+class Stack(NamedTuple):
+    """The packed frames of several windows, one after the other.
+
+    Attributes:
+        words: of all frames, a window's newest first
+        sizes: (num_windows,) number of frames of each window
+    """
+
+    words: Int32Array
+    sizes: IntArray
 
 
 @njit
@@ -55,6 +70,7 @@ def num_words(words: Int32Array, start: int) -> int:
 class Offsets(NamedTuple):
     """The first word of each of a frame's arrays, named as in `FrameArrays`."""
 
+    surroundings: int
     keys: int
     kinds: int
     lengths: int
@@ -73,6 +89,7 @@ def offsets(words: Int32Array, start: int) -> Offsets:
     features = keys + 4 * nodes
     sources = features + NUM_PACKED * nodes
     return Offsets(
+        start + 2,
         keys,
         keys + 2 * nodes,
         keys + 3 * nodes,
@@ -97,6 +114,7 @@ def views(words: Int32Array) -> FrameArrays:
         words[at.link_targets : at.link_relations],
         words[at.link_relations : at.link_lengths],
         words[at.link_lengths : at.link_lengths + links].view(np.float32),
+        words[at.surroundings : at.keys].view(np.float32),
     )
 
 
@@ -112,7 +130,25 @@ def packed(arrays: FrameArrays) -> Int32Array:
     frame.kinds[:], frame.keys[:], frame.lengths[:] = arrays.kinds, arrays.keys, arrays.lengths
     frame.link_sources[:], frame.link_targets[:] = arrays.link_sources, arrays.link_targets
     frame.link_relations[:], frame.link_lengths[:] = arrays.link_relations, arrays.link_lengths
+    frame.surroundings[:] = arrays.surroundings
     return words
+
+
+def packed_signs(signs: Float32Array) -> Float32Array:
+    """Signs (42,) of a node's features as (5, 16), for each kind those of the features it can have."""
+    padded = np.append(signs, np.float32(1.0))
+    return np.ascontiguousarray(padded[_TABLE])
+
+
+@njit
+def with_signs(words: Int32Array, signs: Float32Array) -> Int32Array:
+    """A copy of a frame's words with features times `packed_signs`."""
+    changed = words.copy()
+    frame = views(changed)
+    for node in range(len(frame.kinds)):
+        for index in range(NUM_PACKED):
+            frame.features[node, index] *= signs[frame.kinds[node], index]
+    return changed
 
 
 @njit
@@ -133,4 +169,5 @@ def unpacked(words: Int32Array) -> FrameArrays:
         frame.link_targets.copy(),
         frame.link_relations.copy(),
         frame.link_lengths.copy(),
+        frame.surroundings.copy(),
     )

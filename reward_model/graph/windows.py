@@ -25,6 +25,7 @@ from reward_model.graph.features import (
     MIRROR_SIGNS,
     NUM_EDGE_FEATURES,
     NUM_FRAMES,
+    NUM_NODE_FEATURES,
     TIME_FEATURES,
     TO_ROOM,
     WALL_DIRECTION,
@@ -32,11 +33,17 @@ from reward_model.graph.features import (
 )
 from reward_model.graph.frame import FrameGraph
 from reward_model.graph.frame_kernels import Entities, packed_frame
-from reward_model.graph.packing import FrameArrays, views
+from reward_model.graph.packing import FrameArrays, packed_signs, views, with_signs
 from reward_model.scenes.scene import ScenarioError, SceneSequence, Snapshot
 
 _WALL_SEGMENT: Final = 0.97  # m, no segment is longer
+_LONGEST_WALLS: Final = 20_000.0  # m
 _TIME_TOLERANCE: Final = 1e-6  # s, so that five steps of 0.2 s make a second in floating point
+
+_WALL_SIGNS = np.ones(NUM_NODE_FEATURES, dtype=np.float32)
+_WALL_SIGNS[WALL_DIRECTION] = -1
+_TURNED: Final = packed_signs(_WALL_SIGNS)
+_MIRRORED, _MIRRORED_TURNED = packed_signs(MIRROR_SIGNS), packed_signs(MIRROR_SIGNS * _WALL_SIGNS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,8 +80,16 @@ def wall_segments(walls: FloatArray) -> IntArray:
 
     Returns:
         (num_walls,).
+
+    Raises:
+        ScenarioError: For walls that are kilometres long together, whose graph would fill the memory.
     """
     lengths = np.hypot(walls[:, 2] - walls[:, 0], walls[:, 3] - walls[:, 1])
+    if not lengths.sum() <= _LONGEST_WALLS:
+        raise ScenarioError(
+            f"walls must be at most {_LONGEST_WALLS:,.0f} m long together, got {lengths.sum():.4g} m; "
+            "are the scene's lengths in metres?"
+        )
     return (lengths / _WALL_SEGMENT).astype(np.int64) + 1
 
 
@@ -142,8 +157,8 @@ def sequence_frames(sequence: SceneSequence) -> list[FrameGraph]:
 
 def all_frames(sequence: SceneSequence) -> list[FrameGraph]:
     """A frame for each snapshot of a sequence, newest first."""
-    segments = wall_segments(sequence.last.walls)
     try:
+        segments = wall_segments(sequence.last.walls)
         return [frame_graph(snapshot, segments) for snapshot in reversed(sequence.snapshots)]
     except ScenarioError as error:
         raise ScenarioError(f"{sequence.name}: {error}") from None
@@ -180,10 +195,12 @@ def mirrored_frame(frame: FrameGraph, *, turn_walls: bool = False) -> FrameGraph
         turn_walls: also reverse the walls' direction. Recorded walls run clockwise, those of a mirror image run
             anticlockwise unless they are reversed; the network's input differs.
     """
-    signs = MIRROR_SIGNS.copy()
-    if turn_walls:
-        signs[WALL_DIRECTION] *= -1
-    return frame.replaced(features=frame.arrays.features * signs)
+    return FrameGraph.of_words(with_signs(frame.words, _MIRRORED_TURNED if turn_walls else _MIRRORED))
+
+
+def reversed_walls(frame: FrameGraph) -> FrameGraph:
+    """The frame of the scene with every wall listed from its other end."""
+    return FrameGraph.of_words(with_signs(frame.words, _TURNED))
 
 
 def matching_nodes(first: IntArray, second: IntArray) -> tuple[IntArray, IntArray]:

@@ -135,6 +135,19 @@ class MPNNConfig(NetworkConfig):
 
 
 @dataclass(frozen=True)
+class StarConfig(NetworkConfig):
+    """See `reward_model.networks.star`; each hidden size is that of a round."""
+
+    kind: ClassVar[str] = "star"
+    members: Annotated[int, Option("separate networks whose mean is the score", at_least=1, below=100)] = 1
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if len(self.sizes) < 3 or min(self.sizes[1:-1]) < 2:
+            raise ValueError(f"a star network needs hidden sizes of at least 2, got {list(self.sizes[1:-1])}")
+
+
+@dataclass(frozen=True)
 class Network:
     """A kind of network.
 
@@ -193,6 +206,13 @@ NETWORKS: Final[Mapping[str, Network]] = {
             on_dgl=True,
             trained="reward_model.networks.factorised_mpnn:FactorisedMPNN",
             compiled="reward_model.fast.from_checkpoint:compiled_mpnn",
+        ),
+        Network(
+            "Star",
+            StarConfig,
+            sees="interactions, and of the others their features in all frames",
+            definition="reward_model.networks.star:StarNetwork",
+            compiled="reward_model.fast.from_checkpoint:compiled_star",
         ),
     )
 }

@@ -26,12 +26,16 @@ class ScenarioError(ValueError):
 class Scores(NamedTuple):
     """Acceptability of the robot's last second to people, 0 (unacceptable) to 1 (perfect).
 
-    `q1` rates the absence of disturbance alone, `q2` efficient progress to the goal as well.
-    A network's scores may lie slightly above 1.
+    `q1` rates the absence of disturbance alone, `q2` efficient progress to the goal as well. Those of the published
+    network may lie slightly above 1. `q1_std` and `q2_std` are the standard deviations over the members of an ensemble,
+    0 for a single network. `in_range` is whether the scene is like those of the network's training, as far as known.
     """
 
     q1: float
     q2: float
+    q1_std: float = 0.0
+    q2_std: float = 0.0
+    in_range: bool = True
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,57 +1,32 @@
-"""Training of a network on another one's scores, the differences between the two, and the model card."""
+"""The differences between a network and the teacher whose scores it learned, and the model card."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from functools import partial
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from rich.progress import Progress
+import torch
+from numpy.typing import NDArray
+from scipy.stats import spearmanr
 
+from reward_model.base.arrays import Float32Array, FloatArray
 from reward_model.base.files import replace_file
-from reward_model.data.augmentation import WithMirrorImages
-from reward_model.data.examples import Part
-from reward_model.data.labelling import label_windows
-from reward_model.graph.frame import FrameGraph
+from reward_model.data.labelling import image_scores
+from reward_model.data.taught import TEACHER_RANGE, TaughtWindows
+from reward_model.graph.star import Stars
+from reward_model.graph.windows import sequence_frames
+from reward_model.networks.building import trained_network
 from reward_model.networks.checkpoint import Checkpoint, save_checkpoint
-from reward_model.networks.registry import NetworkConfig
+from reward_model.scenes.ratings import QUESTIONS
 from reward_model.scenes.scene import ScenarioError, SceneSequence
 from reward_model.scenes.socnav2_json import read_socnav2
 from reward_model.scorer import SocialScorer
-from reward_model.training.fit import TrainingConfig
-from reward_model.training.session import epoch_bar, learn_windows
 
 CARD_FILE: Final = "README.md"
 _DROPPED: Final = 3  # snapshots cut off a recording's end for a second row, as in the published reference
 _REFERENCE_FILE: Final = "reference.json"  # the published network's scores, beside SocNav2's sample recordings
-
-
-def distil(
-    teacher: SocialScorer,
-    windows: Mapping[Part, Sequence[Sequence[FrameGraph]]],
-    network: NetworkConfig,
-    config: TrainingConfig,
-    progress: Progress,
-) -> Checkpoint:
-    """Train a network on a teacher's scores of windows, and of the training windows' mirror images.
-
-    Args:
-        windows: of all three parts
-
-    Returns:
-        The checkpoint of `learn_windows`, with the teacher and the numbers of windows in its `about`.
-    """
-    labelled = {}
-    for part, each in windows.items():
-        chosen = WithMirrorImages(each) if part == "train" else each
-        bar = progress.add_task(f"label {part}", total=len(chosen))
-        labelled[part] = label_windows(teacher, chosen, partial(progress.advance, bar))
-    student = learn_windows(network, config, labelled, epoch_bar(progress, config.max_epochs))
-    counts = {part: len(each) for part, each in windows.items()}
-    return replace(student, about={"teacher": teacher.name, "windows": counts, **student.about})
 
 
 def save_with_card(path: Path, checkpoint: Checkpoint) -> None:
@@ -73,54 +48,151 @@ def recordings_to_compare(folder: Path) -> list[SceneSequence]:
     return [*whole, *(SceneSequence(each.snapshots[:-_DROPPED], each.name) for each in whole)]
 
 
-def compared(teacher: SocialScorer, student: Checkpoint, recordings: Sequence[SceneSequence]) -> Checkpoint:
-    """The student's checkpoint, with the differences of its scores of recordings from the teacher's in `about`.
+def compared(teacher: SocialScorer, student: Checkpoint, recordings: Sequence[SceneSequence]) -> dict[str, Any]:
+    """How far the student's scores of recordings are from the symmetrised teacher's.
 
-    `genuine_error`: the number of recordings, each question's mean absolute difference, and the largest difference.
+    Returns:
+        The number of recordings, each question's mean absolute difference, and the largest difference.
     """
-    differences = np.abs(SocialScorer(student, "student").score_batch(recordings) - teacher.score_batch(recordings))
+    windows = [sequence_frames(each) for each in recordings]
+    taught = image_scores(teacher, windows).mean(axis=1)
+    differences = np.abs(SocialScorer(student, "student").score_windows(windows) - taught)
     q1, q2 = map(float, differences.mean(axis=0))
-    found = {"rows": len(recordings), "q1_mae": q1, "q2_mae": q2, "worst": float(differences.max())}
-    return replace(student, about={**student.about, "genuine_error": found})
+    return {"rows": len(recordings), "q1_mae": q1, "q2_mae": q2, "worst": float(differences.max())}
+
+
+def differences(student: Checkpoint, taught: TaughtWindows) -> dict[str, Any]:
+    """How far a network's scores are from the symmetrised teacher's, and whether its deviations tell how far.
+
+    Returns:
+        For the windows in the teacher's range, and for the others out of contact: their number, and for each question
+        the mean squared error, that of the teacher's single answers, and Spearman's rank correlation of the standard
+        deviation with the absolute error. The largest score in contact.
+    """
+    found = _assessed(student, taught.stars)
+    rest = ~taught.touching & ~taught.in_teacher_range
+    document: dict[str, Any] = {
+        "teacher_range": _errors(found, taught, taught.in_teacher_range),
+        "beyond": _errors(found, taught, rest),
+    }
+    if taught.touching.any():
+        document["contact"] = {
+            "windows": int(taught.touching.sum()),
+            "largest": float(found[taught.touching, :2].max()),
+        }
+    return document
+
+
+def _assessed(student: Checkpoint, stars: Stars) -> Float32Array:
+    network = trained_network(student).eval()
+    starts = range(0, len(stars), network.windows_at_once)
+    with torch.inference_mode():
+        parts = [network.scores_and_deviations(stars[start : start + network.windows_at_once]) for start in starts]
+    answers: Float32Array = torch.cat(parts).numpy()
+    return answers
+
+
+def _errors(found: Float32Array, taught: TaughtWindows, chosen: NDArray[np.bool_]) -> dict[str, Any]:
+    wrong = np.abs(found[:, :2] - taught.symmetrised)[chosen].astype(float)
+    single = (taught.images - taught.symmetrised[:, None])[chosen].astype(float)
+    deviations = found[chosen, 2:]
+    document: dict[str, Any] = {"windows": int(chosen.sum())}
+    for column, question in enumerate(QUESTIONS if chosen.any() else ()):
+        document[question] = {
+            "mse": float((wrong[:, column] ** 2).mean()),
+            "teacher_single_mse": float((single[..., column] ** 2).mean()),
+            "spearman": _rank_correlation(deviations[:, column], wrong[:, column]),
+        }
+    return document
+
+
+def _rank_correlation(one: FloatArray | Float32Array, other: FloatArray) -> float | None:
+    if np.ptp(one) == 0 or np.ptp(other) == 0:
+        return None
+    return float(spearmanr(one, other).statistic)
 
 
 def model_card(checkpoint: Checkpoint) -> str:
-    """The README of a checkpoint that `train_reward.py` has trained.
-
-    The checkpoint's `about` is that of `distil`, or of `compared` where recordings were compared.
-    """
-    about, sizes = checkpoint.about, "-".join(map(str, checkpoint.config.sizes))
-    windows, test_error = about["windows"], about["test_error"]
+    """The README of a checkpoint that `train_reward.py` has trained; its `about` is what that writes."""
+    about, sizes = checkpoint.about, checkpoint.config.sizes[1:-1]
+    training, test = about["training"], about["test"]
+    seeds = f"{training['seed']} to {training['seed'] + len(about['members']) - 1}"
     return f"""# The default reward network
 
-An MPNN of {sizes} features with {about["parameters"]:,} parameters. It gives Q1 and Q2, 0 to 1, for the last
-second of a scene (three frames, one second apart).
+An ensemble of {len(about["members"])} star networks (rounds of {" and ".join(map(str, sizes))} features) with \
+{about["parameters"]:,} parameters together. It gives
+Q1 and Q2 for the last second of a scene (three frames, one second apart): always within 0..1, the same for a scene and
+its mirror image, and at most 0.05 where the robot touches a person, an object or a wall. It also says how far its
+members are apart.
 
-**What it learned from.** The answers of the published network (Bachiller et al. 2021) to {windows["train"]:,}
-windows of *simulated* scenes and to as many mirror images: people walk by social force, and the robot is driven well
-and badly. It is not trained on SocNav2's human scores, and its answers are not human scores: it inherits the published
-network's errors and adds its own.
+**What it learned from.** The published network's answers (Bachiller et al. 2021) to {about["windows"]["train"]:,}
+windows of *simulated* scenes, the mean over four images of each: as it is, with walls listed the other way round, and
+both mirrored. Rooms of 3 to 20 m with 0 to 30 people; robots driven well and badly at up to 1 m/s, and moved next to,
+onto and into things. {_people_line(about)}
 
-**How.** Mean squared error, AdamW with a cosine schedule, early stopping on {windows["development"]:,} windows of
-other episodes; {about["epochs"]} epochs, seed {about["training"]["seed"]}. `python train_reward.py` repeats it.
+**How.** Mean squared error; Muon and AdamW, one cycle of {training["max_epochs"]} epochs in batches of \
+{training["batch_size"]}, seeds {seeds}.
+`python train_reward.py` repeats it.
 
-**How close it is to its teacher.**
+**Errors** on {about["windows"]["test"]:,} windows of other simulated episodes: mean squared errors against the mean
+of the teacher's four answers, beside those of its single answers; and Spearman's rank correlation between the members'
+deviation and the absolute error. Each for Q1 and Q2.
 
-| compared on | Q1 | Q2 |
-|---|---|---|
-| {windows["test"]:,} windows of held-out simulated episodes, mean squared error | {test_error["q1"]:.5f} \
-| {test_error["q2"]:.5f} |
-{_genuine_row(about)}
-**Where not to trust it.** Rooms larger than 12 m, robots faster than 0.37 m/s, more than about 18 people: nothing
-of the kind was in its training. For numbers to compare with the literature use the published network.
+| windows | number | error | teacher's single answers | deviation and error |
+|---|---:|---:|---:|---:|
+{_test_row("within the teacher's range", test["teacher_range"])}
+{_test_row("beyond it", test["beyond"])}
+
+The teacher's range is that in which its own answers agree: {_limits(TEACHER_RANGE.document())}.
+
+{_genuine_lines(about)}
+**Range of the training data**, beyond which a scene is marked as out of range: {_limits(about["range"])}.
+
+**Licences.** The teacher is GPL-3.0 software, used to label; none of its weights are here. SocNav1 (Manso et al. 2020)
+is CC-BY 4.0.
+
+**What it is not.** Most of its training scores are a network's and not people's. For numbers to compare with the
+literature use the published network.
 """
 
 
-def _genuine_row(about: dict[str, Any]) -> str:
-    if "genuine_error" not in about:
-        return ""
-    found = about["genuine_error"]
+def _people_line(about: dict[str, Any]) -> str:
+    people = about.get("people")
+    if people is None:
+        return "None of its scores are people's."
     return (
-        f"| {found['rows']} rows of genuine SocNav2 recordings, mean absolute error "
-        f"| {found['q1_mae']:.4f} | {found['q2_mae']:.4f} |\n"
+        f"SocNav1's {people['ratings']:,} training ratings by people (Q1 alone) are\n"
+        f"{people['share']:.0%} of what it sees in an epoch."
     )
+
+
+def _test_row(name: str, found: dict[str, Any]) -> str:
+    if not found["windows"]:
+        return f"| {name} | 0 | - | - | - |"
+    questions = [found[question] for question in QUESTIONS]
+    errors, single = (" / ".join(f"{each[key]:.5f}" for each in questions) for key in ("mse", "teacher_single_mse"))
+    ranks = " / ".join("-" if each["spearman"] is None else f"{each['spearman']:.2f}" for each in questions)
+    return f"| {name} | {found['windows']:,} | {errors} | {single} | {ranks} |"
+
+
+def _genuine_lines(about: dict[str, Any]) -> str:
+    lines = ""
+    if "genuine" in about:
+        found = about["genuine"]
+        lines += (
+            f"On {found['rows']} rows of genuine SocNav2 recordings, its mean absolute difference from that mean is "
+            f"{found['q1_mae']:.4f} (Q1)\nand {found['q2_mae']:.4f} (Q2).\n\n"
+        )
+    if "people" in about:
+        found = about["people"]
+        lines += (
+            f"On SocNav1's {found['development_ratings']:,} development ratings, the mean squared error of Q1 is "
+            f"{found['development_mse']:.4f}; that of one\nperson against the mean of the others is "
+            f"{found['human_mse']:.4f}.\n\n"
+        )
+    return lines
+
+
+def _limits(limits: dict[str, list[float]]) -> str:
+    units = {"extent": " m", "people": "", "objects": "", "goal": " m", "speed": " m/s", "turn": " rad/s"}
+    return ", ".join(f"{name} {low:g} to {high:g}{units[name]}" for name, (low, high) in limits.items())

@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 import torch
@@ -16,6 +16,7 @@ from torch import Tensor
 from reward_model.base.arrays import Float32Array
 from reward_model.data.labelled_windows import LabelledWindows, data_digest
 from reward_model.networks.window_network import WindowNetwork
+from reward_model.training.optimizers import Stepper, steppers
 from reward_model.training.state import (
     TrainingState,
     generator_tensors,
@@ -36,6 +37,10 @@ class TrainingConfig:
 
     Attributes:
         patience: epochs without a better development error before training stops
+        optimizer: `adamw`, whose learning rate falls to a hundredth along a half cosine; or `muon` (Jordan et al.
+            2024) for the matrices between hidden features, with AdamW for all else, whose rates rise in the first
+            `WARM_UP` of the steps and then fall to nothing along a half cosine
+        matrix_rate: the learning rate of muon
     """
 
     max_epochs: int = 60
@@ -45,9 +50,11 @@ class TrainingConfig:
     weight_decay: float = 1e-6
     seed: int = 0
     device: str = "cpu"
+    optimizer: Literal["adamw", "muon"] = "adamw"
+    matrix_rate: float = 0.03
 
     def __post_init__(self) -> None:
-        for name in ("max_epochs", "patience", "batch_size", "learning_rate"):
+        for name in ("max_epochs", "patience", "batch_size", "learning_rate", "matrix_rate"):
             if not getattr(self, name) > 0:
                 raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
 
@@ -79,8 +86,6 @@ def fit(
     resume: bool = False,
 ) -> list[Epoch]:
     """Train in place; the network ends with the weights of its best epoch on the development windows.
-
-    The learning rate falls to a hundredth along a half cosine.
 
     Args:
         after_epoch: called with every epoch after it is written to `state_file`; a resumed training first calls it with
@@ -159,11 +164,9 @@ class _Training:
     ) -> None:
         self.network, self.train, self.development, self.config = network, train, development, config
         self.generator = np.random.default_rng(config.seed)
+        network.prepare(train.windows)
         network.to(config.device).train()
-        steps = config.max_epochs * -(-len(train) // config.batch_size)
-        rate = config.learning_rate
-        self.optimizer = torch.optim.AdamW(network.parameters(), lr=rate, weight_decay=config.weight_decay)
-        self.schedule = torch.optim.lr_scheduler.CosineAnnealingLR(self.optimizer, steps, rate / 100)
+        self.steppers = steppers(network, config, config.max_epochs * -(-len(train) // config.batch_size))
         self.history: list[Epoch] = []
         self.best_state = copy.deepcopy(network.state_dict())
 
@@ -179,7 +182,7 @@ class _Training:
 
     def run_epoch(self) -> None:
         order = self.generator.permutation(len(self.train))
-        train_error = _one_pass(self.network, self.train, order, self.config, self.optimizer, self.schedule)
+        train_error = _one_pass(self.network, self.train, order, self.config, self.steppers)
         asked = ~np.isnan(self.development.scores).all(axis=0)
         development_error = float(errors(self.network, self.development, self.config.device)[asked].mean())
         self.history.append(Epoch(len(self.history) + 1, train_error, development_error))
@@ -187,34 +190,26 @@ class _Training:
             self.best_state = copy.deepcopy(self.network.state_dict())
 
     def save(self, path: Path) -> None:
-        optimizer = self.optimizer.state_dict()
-        moments = {
-            f"{index}.{name}": tensor for index, values in optimizer["state"].items() for name, tensor in values.items()
-        }
         progress = {
             "generator": self.generator.bit_generator.state,
-            "optimizer": optimizer["param_groups"],
-            "schedule": self.schedule.state_dict(),
+            "optimizers": [stepper.progress() for stepper in self.steppers],
             "history": self.history,
         }
         tensors = {
             **named("network", self.network.state_dict()),
             **named("best", self.best_state),
-            **named("optimizer", moments),
             **generator_tensors(),
         }
+        for number, stepper in enumerate(self.steppers):
+            tensors |= named(f"optimizer{number}", stepper.tensors())
         save_state(path, TrainingState(self._run(), progress, tensors))
 
     def restore(self, path: Path) -> None:
         state = load_state(path, self._run())
-        moments: dict[int, dict[str, Tensor]] = {}
-        for name, tensor in unnamed("optimizer", state.tensors).items():
-            index, key = name.split(".")
-            moments.setdefault(int(index), {})[key] = tensor
         self.network.load_state_dict(unnamed("network", state.tensors))
         self.best_state = unnamed("best", state.tensors)
-        self.optimizer.load_state_dict({"state": moments, "param_groups": state.progress["optimizer"]})
-        self.schedule.load_state_dict(state.progress["schedule"])
+        for number, (stepper, progress) in enumerate(zip(self.steppers, state.progress["optimizers"], strict=True)):
+            stepper.restore(progress, unnamed(f"optimizer{number}", state.tensors))
         self.generator.bit_generator.state = state.progress["generator"]
         self.history = [Epoch(*epoch) for epoch in state.progress["history"]]
         restore_generators(state.tensors)
@@ -231,26 +226,26 @@ def _one_pass(
     data: LabelledWindows,
     order: _Indices,
     config: TrainingConfig,
-    optimizer: torch.optim.Optimizer,
-    schedule: torch.optim.lr_scheduler.LRScheduler,
+    steppers: Sequence[Stepper],
 ) -> float:
     total, count = 0.0, 0
     for start in range(0, len(order), config.batch_size):
         chosen = order[start : start + config.batch_size]
-        answers, scores = _answers(network, data, chosen, config.device)
+        answers = network.training_answers(data.windows_at(chosen), config.device)  # (members, batch, 2)
+        scores = torch.from_numpy(data.scores[chosen]).to(config.device)
         difference, known = _differences(torch.nn.functional.leaky_relu(answers, _LEAK), scores)
-        loss = _weighted_mean(difference**2, known, data, chosen)
-        optimizer.zero_grad()
+        loss = _weighted_mean((difference**2).mean(dim=0), known, data, chosen)
+        network.zero_grad()
         loss.backward()  # type: ignore[no-untyped-call]
         torch.nn.utils.clip_grad_norm_(network.parameters(), 1.0)
-        optimizer.step()
-        schedule.step()
-        total, count = total + loss.item() * len(answers), count + len(answers)
+        for stepper in steppers:
+            stepper.step()
+        total, count = total + loss.item() * len(chosen), count + len(chosen)
     return total / count
 
 
 def _answers(network: WindowNetwork, data: LabelledWindows, chosen: _Indices, device: str) -> tuple[Tensor, Tensor]:
-    answers = network.answers([data.windows[index] for index in chosen.tolist()], device)
+    answers = network.answers(data.windows_at(chosen), device)
     return answers, torch.from_numpy(data.scores[chosen]).to(device)
 
 

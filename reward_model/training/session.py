@@ -22,6 +22,7 @@ from reward_model.data.examples import DatasetError, Examples, Part
 from reward_model.data.labelled_windows import LabelledWindows
 from reward_model.data.labelling import label_windows
 from reward_model.data.loading import DataConfig, load_part, load_parts
+from reward_model.graph.facts import TrainingRange, facts_of
 from reward_model.networks.building import trainable_network, usable_device
 from reward_model.networks.checkpoint import Checkpoint, save_checkpoint
 from reward_model.networks.registry import NetworkConfig
@@ -125,6 +126,7 @@ def learn_windows(
         "train_error": best.train_error,
         "development_error": best.development_error,
         "parameters": sum(parameter.numel() for parameter in network.parameters()),
+        "range": TrainingRange.of_facts(facts_of(parts["train"].windows)).document(),
     }
     if "test" in parts:
         found = errors(network, parts["test"], config.device).tolist()

@@ -26,6 +26,7 @@ class RewardConfig:
         dsrnn_discomfort: [1/(m s)] weight of each step that ends too close to a person; theirs is 2.5 in a step of 0.25
             s
         dsrnn_discomfort_distance: [m] between surfaces, below which a step is too close
+        pessimism: standard deviations of an ensemble's members that are subtracted from its scores before they pay
         mix: names and weights of the rewards in the reward `mix`
     """
 
@@ -41,13 +42,14 @@ class RewardConfig:
     dsrnn_contact: float = -20.0
     dsrnn_discomfort: float = 10.0
     dsrnn_discomfort_distance: float = 0.25
+    pessimism: float = 0.0
     mix: Mix = (("learned", 1.0), ("crowdnav", 1.0))
 
     def __post_init__(self) -> None:
         for each in dataclasses.fields(self):
             if each.name == "mix":
                 continue
-            least = 0 if each.name.endswith("_distance") else -math.inf
+            least = 0 if each.name.endswith("_distance") or each.name == "pessimism" else -math.inf
             check_number(f"reward.{each.name}", getattr(self, each.name), least, math.inf)
         _check_mix(self.mix)
 

@@ -50,15 +50,15 @@ def shared_scorer(weights: str) -> Scorer:
 
 def _learned(config: RewardConfig, weights: str) -> Reward:
     terms = {"social": config.social, "arrival": config.arrival, "contact": config.contact}
-    return LearnedReward(terms, shared_scorer(weights))
+    return LearnedReward(terms, shared_scorer(weights), config.pessimism)
 
 
 def _q1(config: RewardConfig, weights: str) -> Reward:
-    return RawScoreReward({"q1": config.social}, shared_scorer(weights))
+    return RawScoreReward({"q1": config.social}, shared_scorer(weights), config.pessimism)
 
 
 def _q2(config: RewardConfig, weights: str) -> Reward:
-    return RawScoreReward({"q2": config.social}, shared_scorer(weights))
+    return RawScoreReward({"q2": config.social}, shared_scorer(weights), config.pessimism)
 
 
 def _crowdnav(config: RewardConfig, weights: str) -> Reward:

@@ -14,10 +14,7 @@ if TYPE_CHECKING:
 
 def judge(scorer: Scorer | None, window: Sequence[FrameGraph]) -> Scores | None:
     """The scores of one window; None without a scorer."""
-    if scorer is None:
-        return None
-    ((q1, q2),) = scorer.score_windows([window]).tolist()
-    return Scores(q1, q2)
+    return None if scorer is None else _judged(scorer, [window])[0]
 
 
 def judge_all(scorers: Sequence[Scorer | None], windows: Sequence[Sequence[FrameGraph]]) -> list[Scores | None]:
@@ -35,6 +32,15 @@ def judge_all(scorers: Sequence[Scorer | None], windows: Sequence[Sequence[Frame
     for own in places.values():
         scorer = scorers[own[0]]
         assert scorer is not None
-        for place, (q1, q2) in zip(own, scorer.score_windows([windows[each] for each in own]).tolist(), strict=True):
-            scores[place] = Scores(q1, q2)
+        for place, each in zip(own, _judged(scorer, [windows[place] for place in own]), strict=True):
+            scores[place] = each
     return scores
+
+
+def _judged(scorer: Scorer, windows: Sequence[Sequence[FrameGraph]]) -> list[Scores]:
+    """With deviations and the mark of the range, from a scorer that knows them, as `SocialScorer` does."""
+    assess = getattr(scorer, "assess_windows", None)
+    if assess is not None:
+        scores: list[Scores] = assess(windows).rows()
+        return scores
+    return [Scores(q1, q2) for q1, q2 in scorer.score_windows(windows).tolist()]

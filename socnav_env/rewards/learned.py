@@ -3,12 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 from socnav_env.rewards.base import Moment, Scorer, terminal_terms
-
-if TYPE_CHECKING:
-    from reward_model.scenes.scene import Scores
 
 
 class LearnedReward:
@@ -16,15 +12,19 @@ class LearnedReward:
 
     Q2 alone is positive almost everywhere, so that its sum would reward a robot for staying away from its goal.
     Q2 - 1 is never above zero, so that arriving always beats waiting.
+
+    Args:
+        pessimism: standard deviations of the scorer's members that are subtracted from Q2, at most down to 0
     """
 
-    def __init__(self, weights: Mapping[str, float], scorer: Scorer) -> None:
+    def __init__(self, weights: Mapping[str, float], scorer: Scorer, pessimism: float = 0.0) -> None:
         self.weights = weights
         self.scorer = scorer
+        self._pessimism = pessimism
 
     def terms(self, moment: Moment) -> dict[str, float]:
         """Return `social`, Q2 - 1, at most 0; `arrival` and `contact`, 1 in the last step if they happen."""
-        return {"social": min(_scores(moment).q2, 1.0) - 1.0, **terminal_terms(moment)}
+        return {"social": min(_payable(moment, "q2", self._pessimism), 1.0) - 1.0, **terminal_terms(moment)}
 
 
 class RawScoreReward:
@@ -35,18 +35,23 @@ class RawScoreReward:
 
     Args:
         weights: of the one term, by the score's name: "q1" or "q2"
+        pessimism: as for `LearnedReward`
     """
 
-    def __init__(self, weights: Mapping[str, float], scorer: Scorer) -> None:
+    def __init__(self, weights: Mapping[str, float], scorer: Scorer, pessimism: float = 0.0) -> None:
         self.weights = weights
+        self._pessimism = pessimism
         (self._score,) = weights
         self.scorer = scorer
 
     def terms(self, moment: Moment) -> dict[str, float]:
         """Return `q1` or `q2`, about 0..1."""
-        return {self._score: float(getattr(_scores(moment), self._score))}
+        return {self._score: _payable(moment, self._score, self._pessimism)}
 
 
-def _scores(moment: Moment) -> Scores:
-    assert moment.scores is not None, "a reward with a scorer is always given scores"
-    return moment.scores
+def _payable(moment: Moment, question: str, pessimism: float) -> float:
+    """The score that is paid for a question, "q1" or "q2"."""
+    scores = moment.scores
+    assert scores is not None, "a reward with a scorer is always given scores"
+    score, deviation = (scores.q1, scores.q1_std) if question == "q1" else (scores.q2, scores.q2_std)
+    return max(score - pessimism * deviation, 0.0) if pessimism else score

@@ -19,7 +19,7 @@ from socnav_env.episode import STANDING
 from socnav_env.geometry.frames import pose_rates
 from socnav_env.scenes.population import sample_layout
 from socnav_env.simulated_data.drivers import DRIVERS
-from socnav_env.simulated_data.windows import CROWDED
+from socnav_env.simulated_data.wide_range import CROWDED
 from socnav_env.simulation.snapshots import Recorder
 from socnav_env.simulation.world import World
 

@@ -122,7 +122,7 @@ class TrajectoryRecorder:
         self._states.append(self._world.state)
         self._targets.append(self._world.people_targets)
         self._commands.append(self._world.command)
-        self._scores.append(NOT_SCORED if scores is None else scores)
+        self._scores.append(NOT_SCORED if scores is None else (scores.q1, scores.q2))
 
     def trajectory(self, outcome: Outcome | None) -> Trajectory:
         """The trajectory recorded so far, independent of later records."""

@@ -110,7 +110,9 @@ def merged_infos(infos: Sequence[dict[str, Any]]) -> dict[str, Any]:
     if "reward_terms" in merged:
         names = merged["reward_terms"]
         merged["reward_terms"] = {name: sum(info["reward_terms"][name] for info in infos) for name in names}
-    for name in ("q1", "q2"):
+    for name in ("q1", "q2", "q1_std", "q2_std"):
         if name in merged:
             merged[name] = sum(info[name] for info in infos) / len(infos)
+    if "in_range" in merged:
+        merged["in_range"] = all(info["in_range"] for info in infos)
     return merged

@@ -6,7 +6,7 @@ import pytest
 from reward_model.analysis.synthetic_scenes import Person, SyntheticScene
 from reward_model.commands.main import main
 from reward_model.data.files import find_files, read_files
-from reward_model.data.labelling import label_windows
+from reward_model.data.labelling import image_scores, label_windows
 from reward_model.scenes.scene import ScenarioError
 from reward_model.scenes.socnav2_json import read_socnav2
 from reward_model.scorer import load_scorer
@@ -96,3 +96,26 @@ def test_windows_are_labelled_in_their_order():
     assert (labelled.scores.dtype, labelled.weights) == (np.float32, None)
     assert reported == [100, 100, 50]
     assert label_windows(Counting(), []).scores.shape == (0, 2)
+
+
+def test_a_window_has_four_images():
+    class Seen:
+        """Scores by the signs of the goal's place and of the first wall's direction."""
+
+        name = "seen"
+
+        def score_windows(self, windows):
+            rows = []
+            for window in windows:
+                frame = window[0].arrays
+                goal, wall = (int(np.flatnonzero(frame.kinds == kind)[0]) for kind in (4, 3))
+                rows.append((frame.features[goal, 38], frame.features[wall, 34] + 2 * frame.features[wall, 35]))
+            return np.array(rows, dtype=np.float32)
+
+    windows = random_windows(2, 3)
+    found = image_scores(Seen(), windows)
+    assert found.shape == (3, 4, 2)
+    signs = np.sign(found / found[:, :1])
+    np.testing.assert_array_equal(signs[:, :, 0], [[1, 1, -1, -1]] * 3)  # left and right
+    np.testing.assert_array_equal(np.abs(found[:, :, 1]), np.abs(found[:, :1, 1]).repeat(4, axis=1))
+    assert (signs[:, 0, 1] != signs[:, 1, 1]).any()

@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
 
-from reward_model.fast.grouped_window import FEATURES, GROUPED, KINDS, MANY_TO_ONE, flat_windows, stack_windows
+from reward_model.fast.grouped_window import FEATURES, GROUPED, KINDS, MANY_TO_ONE, flat_windows
 from reward_model.graph.features import NodeKind, Relation
+from reward_model.graph.frame import stack_windows
 from reward_model.graph.windows import frame_graph, scene_graph, wall_segments
 from tests.reward_model.graph.test_windows import NO_INTERACTIONS, hand_made, interactions, objects, people
 from tests.reward_model.random_scenes import random_windows

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from reward_model.fast.matmul import LANES, add_product
+from reward_model.fast.matmul import LANES, add_flat_product, add_product
 
 
 def whole_numbers(rng: np.random.Generator, *shape: int) -> np.ndarray:
@@ -31,6 +31,23 @@ def test_parts_of_arrays_leave_the_rest_alone(rows, columns):
     expected = out.copy()
     expected[4 : 4 + rows] += left[2 : 2 + rows, 3:7] @ right[1:5, :columns]
     add_product(left, 2, 3, right, 1, out, 4, rows, 4)
+    np.testing.assert_array_equal(out, expected)
+
+
+@pytest.mark.parametrize("rows", range(1, 10))
+@pytest.mark.parametrize("columns", [LANES, 2 * LANES, 3 * LANES, 8 * LANES])
+def test_parts_of_flat_arrays_leave_the_rest_alone(rows, columns):
+    rng = np.random.default_rng(rows)
+    left, right, out = (
+        whole_numbers(rng, 150),
+        whole_numbers(rng, 7 + 5 * columns),
+        whole_numbers(rng, 9 + 12 * columns),
+    )
+    expected = out.copy()
+    factor = np.stack([left[3 + 11 * row : 8 + 11 * row] for row in range(rows)])  # of rows of 11 numbers
+    part = expected[9 : 9 + rows * columns].reshape(rows, columns)
+    part += factor @ right[7:].reshape(5, columns)
+    add_flat_product(left, 3, 11, right, 7, out, 9, columns, rows, 5)
     np.testing.assert_array_equal(out, expected)
 
 

@@ -9,6 +9,7 @@ from reward_model.graph.windows import (
     frame_graph,
     matching_nodes,
     mirrored_frame,
+    reversed_walls,
     scene_graph,
     select_window,
     sequence_frames,
@@ -332,3 +333,17 @@ def test_the_walls_of_a_mirrored_frame_can_be_turned() -> None:
     for frame, other in zip(sequence_frames(sequence), expected, strict=True):
         features = mirrored_frame(frame, turn_walls=True).arrays.features
         assert sorted(features.round(4).tolist()) == sorted(other.arrays.features.round(4).tolist())
+
+
+def test_reversed_walls_are_those_listed_from_their_other_ends():
+    snapshot = hand_made()
+    turned = replace(snapshot, walls=snapshot.walls[:, [2, 3, 0, 1]])
+    one, other = reversed_walls(graph_of(snapshot)).arrays, graph_of(turned).arrays
+    walls = one.kinds == NodeKind.WALL
+    np.testing.assert_array_equal(one.features[~walls], other.features[~walls])
+    np.testing.assert_array_equal(one.features[walls], other.features[walls][::-1])  # the last segment comes first
+
+
+def test_walls_of_kilometres_are_refused():
+    with pytest.raises(ScenarioError, match=r"at most 20,000 m long together, got 1e\+06 m; are the scene's lengths"):
+        wall_segments(np.array([[0.0, 0.0, 1e6, 0.0]]))

@@ -1,6 +1,8 @@
 import numpy as np
+import pytest
 
 from reward_model.scenes.scene import Scores
+from reward_model.scorer import Assessment
 from socnav_env.rewards.judging import judge, judge_all
 from tests.reward_model.random_scenes import random_windows
 
@@ -25,6 +27,23 @@ def test_windows_that_share_a_scorer_are_scored_together():
         for scorer, window in zip(scorers, windows, strict=True)
     ]
     assert [scorer.calls for scorer in (one, two)] == [[3], [2]]
+
+
+class UnsureScorer(NumberedScorer):
+    """Knows deviations and its range, too."""
+
+    def assess_windows(self, windows) -> Assessment:
+        scores = self.score_windows(windows)
+        return Assessment(scores, scores / 10, scores[:, 0] > 5)
+
+
+def test_deviations_and_the_range_come_from_scorers_that_know_them():
+    windows = random_windows(53, count=2)
+    found = judge_all([UnsureScorer(7), UnsureScorer(3)], windows)
+    sizes = [len(window[0]) for window in windows]
+    assert [each[:2] for each in found] == [(7.0, sizes[0]), (3.0, sizes[1])]
+    assert [each.q1_std for each in found] == pytest.approx([0.7, 0.3])
+    assert [each.in_range for each in found] == [True, False]
 
 
 def test_without_a_scorer_there_are_no_scores():

@@ -8,7 +8,7 @@ import pytest
 
 from reward_model.scenes.scene import Scores
 from socnav_env import rewards
-from socnav_env.config import RewardConfig
+from socnav_env.config import ConfigError, RewardConfig
 from socnav_env.rewards import (
     REWARDS,
     CrowdNavReward,
@@ -66,6 +66,21 @@ def test_terminal_terms_are_paid_once_at_the_end(name: str, outcome: Outcome, ar
 def test_q2_is_the_raw_score() -> None:
     reward = make_reward("q2", RewardConfig())
     assert weighted_terms(reward, moment(Outcome.COLLISION_WALL, Scores(0.1, 1.25))) == {"q2": 1.25}
+
+
+@pytest.mark.parametrize(
+    ("name", "pessimism", "paid"),
+    [("q1", 0.0, 0.9), ("q1", 2.0, 0.7), ("q2", 1.0, 0.55), ("q2", 4.0, 0.0), ("learned", 1.0, -0.45)],
+)
+def test_pessimism_pays_less_where_members_disagree(name: str, pessimism: float, paid: float) -> None:
+    reward = make_reward(name, RewardConfig(pessimism=pessimism))
+    scores = Scores(0.9, 0.75, q1_std=0.1, q2_std=0.2)
+    assert sum(weighted_terms(reward, moment(scores=scores)).values()) == pytest.approx(paid)
+
+
+def test_pessimism_is_no_optimism() -> None:
+    with pytest.raises(ConfigError, match=r"reward.pessimism must be a number of at least 0, got -1"):
+        RewardConfig(pessimism=-1.0)
 
 
 def test_crowdnav_pays_for_coming_close_by_the_metre_and_second() -> None:

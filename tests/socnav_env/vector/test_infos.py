@@ -26,14 +26,15 @@ def test_rows_of_arrays_are_kept() -> None:
 
 def test_an_action_of_several_periods_has_sums_of_terms_and_means_of_scores() -> None:
     infos = [
-        {"outcome": None, "q2": 0.2, "reward_terms": {"social": -0.8, "arrival": 0.0}},
-        {"outcome": None, "q2": 0.4, "reward_terms": {"social": -0.6, "arrival": 0.0}},
-        {"outcome": "arrived", "q2": 0.9, "reward_terms": {"social": -0.1, "arrival": 10.0}},
+        {"outcome": None, "q2": 0.2, "in_range": False, "reward_terms": {"social": -0.8, "arrival": 0.0}},
+        {"outcome": None, "q2": 0.4, "in_range": True, "reward_terms": {"social": -0.6, "arrival": 0.0}},
+        {"outcome": "arrived", "q2": 0.9, "in_range": True, "reward_terms": {"social": -0.1, "arrival": 10.0}},
     ]
     merged = merged_infos(infos)
     assert merged == {
         "outcome": "arrived",
         "q2": pytest.approx(0.5),
+        "in_range": False,
         "reward_terms": {"social": pytest.approx(-1.5), "arrival": 10.0},
         "control_steps": 3,
     }
