@@ -53,8 +53,8 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
     Observation: by name, see `socnav_env.observations`; "entities" is a `Dict` of flat boxes in the robot's frame,
     "flat" a single box, "lidar" has a laser scanner, "graph" is the reward model's input.
 
-    Reward: by name, see `socnav_env.rewards`; "learned" is the network's Q2 - 1 every step, with terminal terms for
-    arriving and for touching something.
+    Reward: by name, see `socnav_env.rewards`; "learned" is the network's Q2 - 1 for every second, with terminal terms
+    for arriving and for touching something.
 
     Termination: the robot arrived, or touched a person, an object or a wall.
 

@@ -212,7 +212,9 @@ def touching(scorer: WindowScorer) -> list[Finding]:
         scores = _score(scorer, scene)
         measure = f"Q1 and Q2 of driving into {name}, surfaces just touching"
         values = {"Q1": scores.q1, "Q2": scores.q2}
-        findings.append(Finding(f"f{number}", "Q1 and Q2 < 0.1", measure, values, max(scores.q1, scores.q2) < ABOUT_ZERO))
+        findings.append(
+            Finding(f"f{number}", "Q1 and Q2 < 0.1", measure, values, max(scores.q1, scores.q2) < ABOUT_ZERO)
+        )
     return findings
 
 

@@ -16,8 +16,11 @@ class RewardConfig:
     """Weights of the named reward terms.
 
     Attributes:
-        social: weight of Q2 - 1 in `learned` and of the raw score in `q1` and `q2`, every step
-        arrival, contact: weight of arriving and of touching something, once, at the end; in `learned` and `sparse`
+        social: [1/s] weight of Q2 - 1 in `learned`, every step
+        score: weight of the raw score in `q1` and `q2`, every step
+        arrival, contact: weight of arriving and of touching something in `learned`, once, at the end; `LearnedReward`
+            says how they must compare with `social`
+        sparse_arrival, sparse_contact: the same in `sparse`
         crowdnav_arrival, crowdnav_contact: the same in `crowdnav` (Chen et al. 2019)
         crowdnav_discomfort: [1/(m s)] weight of each step that ends too close to a person
         crowdnav_discomfort_distance: [m] between surfaces, below which a step is too close
@@ -31,8 +34,11 @@ class RewardConfig:
     """
 
     social: float = 1.0
+    score: float = 1.0
     arrival: float = 50.0
-    contact: float = -50.0
+    contact: float = -70.0
+    sparse_arrival: float = 50.0
+    sparse_contact: float = -50.0
     crowdnav_arrival: float = 1.0
     crowdnav_contact: float = -0.25
     crowdnav_discomfort: float = 0.5

@@ -54,11 +54,11 @@ def _learned(config: RewardConfig, weights: str) -> Reward:
 
 
 def _q1(config: RewardConfig, weights: str) -> Reward:
-    return RawScoreReward({"q1": config.social}, shared_scorer(weights), config.pessimism)
+    return RawScoreReward({"q1": config.score}, shared_scorer(weights), config.pessimism)
 
 
 def _q2(config: RewardConfig, weights: str) -> Reward:
-    return RawScoreReward({"q2": config.social}, shared_scorer(weights), config.pessimism)
+    return RawScoreReward({"q2": config.score}, shared_scorer(weights), config.pessimism)
 
 
 def _crowdnav(config: RewardConfig, weights: str) -> Reward:
@@ -81,7 +81,7 @@ def _dsrnn(config: RewardConfig, weights: str) -> Reward:
 
 
 def _sparse(config: RewardConfig, weights: str) -> Reward:
-    return SparseReward({"arrival": config.arrival, "contact": config.contact})
+    return SparseReward({"arrival": config.sparse_arrival, "contact": config.sparse_contact})
 
 
 def _mix(config: RewardConfig, weights: str) -> Reward:

@@ -66,7 +66,7 @@ def test_the_learned_reward_is_what_is_missing_to_a_perfect_score(feature_reward
     steps = play(make(reward=feature_reward), seed=3)
     for _, value, terminated, _, info in steps:
         if not terminated:
-            assert value == pytest.approx(info["q2"] - 1)
+            assert value == pytest.approx((info["q2"] - 1) * 0.2)
     assert len(feature_scorer.lengths) == len(steps)
     assert set(feature_scorer.lengths) == {3}  # the very first step is judged on three frames
 

@@ -37,13 +37,16 @@ def moment(outcome: Outcome | None = None, scores: Scores | None = None, clearan
 
 
 def test_learned_pays_what_is_missing_to_a_perfect_score() -> None:
-    reward = make_reward("learned", RewardConfig(social=2.0, arrival=10.0, contact=-10.0))
-    assert weighted_terms(reward, moment(scores=Scores(0.9, 0.75))) == {"social": -0.5, "arrival": 0.0, "contact": 0.0}
+    reward = make_reward("learned", RewardConfig(social=2.0))
+    terms = weighted_terms(reward, moment(scores=Scores(0.9, 0.75)))
+    assert terms == {"social": pytest.approx(2 * -0.25 * 0.2), "arrival": 0.0, "contact": 0.0}
 
 
-def test_learned_never_pays_for_a_score_above_perfect() -> None:
+@pytest.mark.parametrize("duration", [0.1, 0.2])
+def test_learned_pays_by_the_second_and_takes_scores_within_0_and_1(duration: float) -> None:
     reward = make_reward("learned", RewardConfig())
-    assert reward.terms(moment(scores=Scores(1.1, 1.2)))["social"] == 0.0
+    for q2, social in ((1.2, 0.0), (0.5, -0.5 * duration), (-0.5, -duration)):
+        assert reward.terms(replace(moment(scores=Scores(1.1, q2)), duration=duration))["social"] == social
 
 
 @pytest.mark.parametrize(
@@ -58,7 +61,8 @@ def test_learned_never_pays_for_a_score_above_perfect() -> None:
 )
 @pytest.mark.parametrize("name", ["learned", "sparse"])
 def test_terminal_terms_are_paid_once_at_the_end(name: str, outcome: Outcome, arrival: float, contact: float) -> None:
-    reward = make_reward(name, RewardConfig(arrival=10.0, contact=-10.0))
+    weights = {"arrival": 10.0, "contact": -10.0, "sparse_arrival": 10.0, "sparse_contact": -10.0}
+    reward = make_reward(name, RewardConfig(**weights))
     terms = weighted_terms(reward, moment(outcome, Scores(0.5, 0.5)))
     assert (terms["arrival"], terms["contact"]) == (arrival, contact)
 
@@ -70,7 +74,7 @@ def test_q2_is_the_raw_score() -> None:
 
 @pytest.mark.parametrize(
     ("name", "pessimism", "paid"),
-    [("q1", 0.0, 0.9), ("q1", 2.0, 0.7), ("q2", 1.0, 0.55), ("q2", 4.0, 0.0), ("learned", 1.0, -0.45)],
+    [("q1", 0.0, 0.9), ("q1", 2.0, 0.7), ("q2", 1.0, 0.55), ("q2", 4.0, 0.0), ("learned", 1.0, -0.09)],
 )
 def test_pessimism_pays_less_where_members_disagree(name: str, pessimism: float, paid: float) -> None:
     reward = make_reward(name, RewardConfig(pessimism=pessimism))
@@ -99,7 +103,7 @@ def test_crowdnav_counts_discomfort_only_where_nothing_better_is_known(outcome: 
 
 
 def test_q1_knows_only_of_disturbance() -> None:
-    reward = make_reward("q1", RewardConfig(social=2.0))
+    reward = make_reward("q1", RewardConfig(score=2.0))
     assert weighted_terms(reward, moment(Outcome.ARRIVED, Scores(0.25, 1.0))) == {"q1": 0.5}
 
 
@@ -140,7 +144,7 @@ def test_a_mix_adds_up_its_parts_under_their_names(mix: str | dict[str, float]) 
     reward = make_reward(mix, config)
     assert reward.scorer is SCORER
     assert weighted_terms(reward, moment(Outcome.ARRIVED, Scores(0.5, 0.75))) == {
-        "learned.social": -0.25,
+        "learned.social": pytest.approx(-0.25 * 0.2),
         "learned.arrival": 50.0,
         "learned.contact": 0.0,
         "crowdnav.discomfort": 0.0,
