@@ -102,6 +102,8 @@ CASES = [
     ("benchmarks.__main__", "--only rates nobody", "only must name sections of rates"),
     ("benchmarks.lidar", "--scans 0", "scans must be at least 1, got 0"),
     ("benchmarks.processes", "0 64", "num_envs must be at least 1, got 0"),
+    ("benchmarks.reward_errors", "--weights nobody", "got 'nobody'"),
+    ("benchmarks.reward_errors", "--episodes 0", "episodes must be at least 1, got 0"),
     ("benchmarks.reward_hacking", "--only nobody", "only must name policies of stand, spin"),
     ("benchmarks.reward_hacking", "--episodes 0", "episodes must be at least 1, got 0"),
     ("benchmarks.reward_hacking", "--reward nobody", "reward must be one of learned"),
