@@ -2,9 +2,9 @@
 
 Windows of simulated episodes over the whole range of the simulator, and with `--agents` of the states that agents
 visit, are scored by the published network in four images; the mean of the four is what a network should answer. Errors
-are told apart by the range in which the four agree, the teacher's sane one. A network is asked once, and with `--images` also with the mean
-over the window and its mirror image. Spearman's rank correlation, and the picture that `--plot` draws, say whether an
-ensemble's deviation goes with its error.
+are told apart by the range in which the four agree, the teacher's sane one. A network is asked once, and with
+`--images` also with the mean over the window and its mirror image. Spearman's rank correlation, and the picture that
+`--plot` draws, say whether an ensemble's deviation goes with its error.
 """
 
 from __future__ import annotations
