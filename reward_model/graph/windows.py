@@ -36,6 +36,7 @@ from reward_model.graph.packing import FrameArrays, views
 from reward_model.scenes.scene import ScenarioError, SceneSequence, Snapshot
 
 _WALL_SEGMENT: Final = 0.97  # m, no segment is longer
+_MOST_SEGMENTS: Final = 100_000  # of a scene, 97 km of wall; every one is a node in each frame
 _TIME_TOLERANCE: Final = 1e-6  # s, so that five steps of 0.2 s make a second in floating point
 
 
@@ -73,9 +74,20 @@ def wall_segments(walls: FloatArray) -> IntArray:
 
     Returns:
         (num_walls,).
+
+    Raises:
+        ScenarioError: For more than 100,000 segments in all, whose graph would not fit into memory.
     """
-    lengths = np.hypot(walls[:, 2] - walls[:, 0], walls[:, 3] - walls[:, 1])
-    return (lengths / _WALL_SEGMENT).astype(np.int64) + 1
+    with np.errstate(over="ignore"):  # lengths beyond the largest number are too long as well
+        lengths = np.hypot(walls[:, 2] - walls[:, 0], walls[:, 3] - walls[:, 1])
+        counts = np.floor(lengths / _WALL_SEGMENT) + 1
+        total = counts.sum()
+    if total > _MOST_SEGMENTS:
+        raise ScenarioError(
+            f"a scene's walls must have at most {_MOST_SEGMENTS:,} segments of {_WALL_SEGMENT} m in all, "
+            f"got {total:.3g}; are its lengths in metres?"
+        )
+    return counts.astype(np.int64)
 
 
 def select_window(timestamps: Sequence[float], num_frames: int = NUM_FRAMES) -> list[int]:
@@ -142,8 +154,8 @@ def sequence_frames(sequence: SceneSequence) -> list[FrameGraph]:
 
 def all_frames(sequence: SceneSequence) -> list[FrameGraph]:
     """A frame for each snapshot of a sequence, newest first."""
-    segments = wall_segments(sequence.last.walls)
     try:
+        segments = wall_segments(sequence.last.walls)
         return [frame_graph(snapshot, segments) for snapshot in reversed(sequence.snapshots)]
     except ScenarioError as error:
         raise ScenarioError(f"{sequence.name}: {error}") from None

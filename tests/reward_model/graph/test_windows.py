@@ -219,6 +219,13 @@ def test_walls_are_cut_as_published(length, expected):
     assert wall_segments(np.array([[0.0, 0.0, length, 0.0], [0.0, 0.0, 0.0, -length]])).tolist() == [expected] * 2
 
 
+@pytest.mark.parametrize("length", [1e5, 1e12, 1e20, 1.7e308])
+def test_walls_of_more_segments_than_fit_into_memory_are_refused(length):
+    walls = np.array([[-length, 1.0, length, 1.0]])
+    with pytest.raises(ScenarioError, match=r"^far: a scene.s walls must have at most 100,000 seg"):
+        sequence_frames(SceneSequence((hand_made(walls=walls),), "far"))
+
+
 def test_a_wall_without_length_is_finite():
     frame = graph_of(hand_made(walls=np.array([[1.0, 1.0, 1.0, 1.0]])))
     assert np.isfinite(frame.arrays.features).all()
