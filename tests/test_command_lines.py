@@ -25,6 +25,7 @@ PROGRAMS = {
     "train_reward": "train_reward.py",
     "benchmarks.__main__": "benchmarks",
     "benchmarks.realism.__main__": "benchmarks.realism",
+    "benchmarks.robustness.__main__": "benchmarks.robustness",
 }
 WITHOUT_INPUT = {"config", "scenarios"}
 
@@ -115,6 +116,8 @@ CASES = [
     ("benchmarks.training", "--batch-size 0", "batch_size must be at least 1, got 0"),
     ("benchmarks.realism.__main__", "--data missing", "hotel.txt: must be a file of tracks"),
     ("benchmarks.realism.__main__", "--data broken", "hotel.txt: must be a file of tracks"),
+    ("benchmarks.robustness.__main__", "--weights nobody", "weights must be 'default', 'published' or a checkpoint"),
+    ("benchmarks.robustness.__main__", "--scenes 0", "scenes must be at least 1, got 0"),
     ("benchmarks.realism.walking", "--data missing", "missing: must hold SocNav2 sequences, S*.json, found none"),
     ("benchmarks.realism.walking", "--data broken", "S1.json: line 1, column 2: must be JSON"),
 ]

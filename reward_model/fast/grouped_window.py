@@ -173,16 +173,18 @@ def _match(
     newer: IntArray,
     older: IntArray,
 ) -> None:
-    """Find each key of a frame among those of the next older one, most often at the same index."""
+    """Find each key of a frame among those of the next older one, most often right after the one found before."""
+    following = 0
     for index in range(len(first)):
-        other = index
-        if index >= len(second) or second[index] != first[index]:
+        other = following
+        if other >= len(second) or second[other] != first[index]:
             other = 0
             while other < len(second) and second[other] != first[index]:
                 other += 1
         if other < len(second):
             older[first_places[index]] = second_places[other]
             newer[second_places[other]] = first_places[index]
+            following = other + 1
 
 
 @njit

@@ -116,11 +116,11 @@ def _fill_window(words: Int32Array, starts: IntArray, rows: Rows, window: int, f
     at = offsets(words, starts[0])
     row_of = np.empty(words[starts[0]], dtype=np.int64)
     person, thing, wall = firsts[PEOPLE], firsts[OBJECTS], firsts[WALLS]
-    found = np.empty(NUM_SLOTS, dtype=np.int64)
+    found, following = np.empty(NUM_SLOTS, dtype=np.int64), np.zeros(NUM_SLOTS, dtype=np.int64)
     room, goal = np.empty(NUM_SLOTS, dtype=np.int64), np.empty(NUM_SLOTS, dtype=np.int64)
     for node in range(words[starts[0]]):
         kind = words[at.kinds + node]
-        _find_features(words, starts, node, found)
+        _find_features(words, starts, node, following, found)
         if kind == 0:
             row_of[node] = person
             row = rows.people[person]
@@ -156,22 +156,26 @@ def _fill_window(words: Int32Array, starts: IntArray, rows: Rows, window: int, f
 
 
 @njit
-def _find_features(words: Int32Array, starts: IntArray, node: int, found: IntArray) -> None:
-    """Where an entity's own features begin in each frame; in one without it, they are those of the newer frame."""
+def _find_features(words: Int32Array, starts: IntArray, node: int, following: IntArray, found: IntArray) -> None:
+    """Find where an entity's own features begin in each frame; in one without it, they are those of the newer frame.
+
+    Most often it comes right after the one found before, `following`.
+    """
     keys = words.view(np.int64)  # frames have an even number of words
     first = offsets(words, starts[0])
     key = keys[first.keys // 2 + node]
     found[0] = first.features + node * NUM_PACKED + OWN
     for time in range(1, NUM_SLOTS):
-        at, num_nodes, place = offsets(words, starts[time]), words[starts[time]], -1
-        if node < num_nodes and keys[at.keys // 2 + node] == key:
-            place = node
+        at, num_nodes, place = offsets(words, starts[time]), words[starts[time]], following[time]
+        if place >= num_nodes or keys[at.keys // 2 + place] != key:
+            place = 0
+            while place < num_nodes and keys[at.keys // 2 + place] != key:
+                place += 1
+        if place < num_nodes:
+            found[time] = at.features + place * NUM_PACKED + OWN
+            following[time] = place + 1
         else:
-            for other in range(num_nodes):
-                if keys[at.keys // 2 + other] == key:
-                    place = other
-                    break
-        found[time] = found[time - 1] if place < 0 else at.features + place * NUM_PACKED + OWN
+            found[time] = found[time - 1]
 
 
 @njit

@@ -37,7 +37,7 @@ from reward_model.graph.packing import FrameArrays, packed_signs, views, with_si
 from reward_model.scenes.scene import ScenarioError, SceneSequence, Snapshot
 
 _WALL_SEGMENT: Final = 0.97  # m, no segment is longer
-_LONGEST_WALLS: Final = 20_000.0  # m
+_MOST_SEGMENTS: Final = 100_000  # of a scene, 97 km of wall; every one is a node in each frame
 _TIME_TOLERANCE: Final = 1e-6  # s, so that five steps of 0.2 s make a second in floating point
 
 _WALL_SIGNS = np.ones(NUM_NODE_FEATURES, dtype=np.float32)
@@ -82,15 +82,18 @@ def wall_segments(walls: FloatArray) -> IntArray:
         (num_walls,).
 
     Raises:
-        ScenarioError: For walls that are kilometres long together, whose graph would fill the memory.
+        ScenarioError: For more than 100,000 segments in all, whose graph would not fit into memory.
     """
-    lengths = np.hypot(walls[:, 2] - walls[:, 0], walls[:, 3] - walls[:, 1])
-    if not lengths.sum() <= _LONGEST_WALLS:
+    with np.errstate(over="ignore"):  # lengths beyond the largest number are too long as well
+        lengths = np.hypot(walls[:, 2] - walls[:, 0], walls[:, 3] - walls[:, 1])
+        counts = np.floor(lengths / _WALL_SEGMENT) + 1
+        total = counts.sum()
+    if total > _MOST_SEGMENTS:
         raise ScenarioError(
-            f"walls must be at most {_LONGEST_WALLS:,.0f} m long together, got {lengths.sum():.4g} m; "
-            "are the scene's lengths in metres?"
+            f"a scene's walls must have at most {_MOST_SEGMENTS:,} segments of {_WALL_SEGMENT} m in all, "
+            f"got {total:.3g}; are its lengths in metres?"
         )
-    return (lengths / _WALL_SEGMENT).astype(np.int64) + 1
+    return counts.astype(np.int64)
 
 
 def select_window(timestamps: Sequence[float], num_frames: int = NUM_FRAMES) -> list[int]:

@@ -44,8 +44,8 @@ _ROWS_TOGETHER: Final = 100_000
 
 CONTACT_SCORE: Final = float(np.nextafter(np.float32(0.05), np.float32(0.0)))
 """The highest score of a robot in contact with a person, an object or a wall: 0.05, and in single precision no more."""
-CONTACT_DISTANCES: Final = (0.5, 0.25, 0.25)
-"""[m] from the robot's centre to a person's centre, an object's outline and a wall at which they touch.
+CONTACT_DISTANCES: Final = (0.5001, 0.2501, 0.2501)
+"""[m] from the robot's centre to a person's centre, an object's outline and a wall at which they touch, within 0.1 mm.
 
 The robot's radius and a person's are those of the simulator, 0.25 m. The raters were told that a robot that hits
 something scores 0 (Bachiller et al. 2021).

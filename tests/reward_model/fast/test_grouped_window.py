@@ -5,6 +5,7 @@ from reward_model.fast.grouped_window import FEATURES, GROUPED, KINDS, MANY_TO_O
 from reward_model.graph.features import NodeKind, Relation
 from reward_model.graph.frame import stack_windows
 from reward_model.graph.windows import frame_graph, scene_graph, wall_segments
+from reward_model.scenes.scene import People
 from tests.reward_model.graph.test_windows import NO_INTERACTIONS, hand_made, interactions, objects, people
 from tests.reward_model.random_scenes import random_windows
 
@@ -103,6 +104,18 @@ def test_nothing_of_the_graphs_is_lost(seed):
         pairs = set(zip(place[graph.sources[to_older]].tolist(), place[graph.targets[to_older]].tolist(), strict=True))
         assert {(node, older) for node, older in enumerate(nodes.older.tolist()) if older >= 0} == pairs
         assert {(newer, node) for node, newer in enumerate(nodes.newer.tolist()) if newer >= 0} == pairs
+
+
+def test_entities_are_found_in_older_frames_whoever_left_or_came():
+    crowd = people((3, -3), (3, 3), (-3, 3))
+    others = [People(crowd.ids[kept], crowd.poses[kept], crowd.velocities[kept]) for kept in ([1, 2], [2, 0, 1])]
+    newest, second = frame(crowd), frame(others[0])
+    nodes, _ = flat_windows(stack_windows([[newest, second]]))
+    # room, three people, two segments, goal; then room, two people, two segments, goal
+    assert nodes.older.tolist() == [7, -1, 8, 9, 10, 11, 12, *[-1] * 6]
+    assert nodes.newer.tolist() == [*[-1] * 7, 0, 2, 3, 4, 5, 6]
+    nodes, _ = flat_windows(stack_windows([[newest, frame(others[1])]]))
+    assert nodes.older.tolist() == [7, 9, 10, 8, 11, 12, 13, *[-1] * 7]
 
 
 def place_of_nodes(window):
