@@ -31,6 +31,7 @@ ROW_BIAS, ROW_CONTEXT, ROW = 14, 18, 22
 PER_ROUND: Final = 26
 
 _NUM_KINDS: Final = 4
+_MANY_ROWS: Final = 300  # of a window and kind
 _ROOMS: Final = 4  # the place of rooms among the kinds of inputs
 _EVEN_COLUMNS = np.array([PERSON_EVEN, OBJECT_EVEN, WALL_EVEN, PAIR_EVEN, ROOM_EVEN])
 
@@ -171,7 +172,8 @@ def _standardise(rows: Float32Array, inputs: Float32Array, limit: np.float32, ou
 @njit
 def _work(batch: _Batch, widest: int) -> tuple[Float32Array, _Places]:
     """The work array, and the places in it."""
-    num_windows, most = len(batch.counts), batch.totals.max()
+    num_windows = len(batch.counts)
+    most = max(batch.totals.max(), num_windows)  # parts of rows hold parts of rooms as well
     hidden, spare = np.zeros(_NUM_KINDS, dtype=np.int64), np.zeros(_NUM_KINDS, dtype=np.int64)
     end = 0
     for kind in range(_NUM_KINDS):
@@ -384,9 +386,24 @@ def _add_pooled(
             start = image * count + batch.firsts[window, kind]
             out = pooled + 2 * (image * num_windows + window) * width
             inner, factors = batch.counts[window, kind], places.factors + start
-            add_flat_product(work, factors, 2 * count, work, rows + start * width, work, out, width, 2, inner)
+            if inner <= _MANY_ROWS:
+                add_flat_product(work, factors, 2 * count, work, rows + start * width, work, out, width, 2, inner)
+            else:
+                _sum_in_doubles(work, factors, 2 * count, rows + start * width, out, width, inner)
     matrix, both = matrices[first + ROUND_POOLED + kind, 0], 2 * width
     add_flat_product(work, pooled, both, weights, matrix, work, room, room_columns, 2 * num_windows, both)
+
+
+@njit
+def _sum_in_doubles(work: Float32Array, factors: int, stride: int, rows: int, out: int, width: int, inner: int) -> None:
+    """The same sums of very many rows, whose order would otherwise show in the scores."""
+    for column in range(width):
+        plain, weighted = 0.0, 0.0
+        for row in range(inner):
+            value = work[rows + row * width + column]
+            plain += np.float64(work[factors + row]) * value
+            weighted += np.float64(work[factors + stride + row]) * value
+        work[out + column], work[out + width + column] = plain, weighted
 
 
 @njit
@@ -417,10 +434,10 @@ def _factors(
     for image in range(2):
         for window in range(num_windows):
             start = image * count + batch.firsts[window, kind]
-            end, total, scale = start + batch.counts[window, kind], limits[3], batch.scale[window]
+            end, total, scale = start + batch.counts[window, kind], np.float64(limits[3]), batch.scale[window]
             for row in range(start, end):
                 total += means[row]
-            inverse = np.float32(1.0) / total
+            inverse = np.float32(1.0 / total)
             for row in range(start, end):
                 sums[row] = scale
                 means[row] *= inverse

@@ -1,13 +1,15 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
 
 from reward_model.fast.from_checkpoint import compiled_star
-from reward_model.graph.windows import mirrored_frame
+from reward_model.graph.windows import frame_graph, mirrored_frame, wall_segments
 from reward_model.networks.checkpoint import Checkpoint
 from reward_model.networks.registry import StarConfig
 from reward_model.networks.star import StarNetwork
-from tests.reward_model.random_scenes import random_windows
+from tests.reward_model.random_scenes import random_sequence, random_windows
 
 
 def trained(rounds: tuple[int, ...], members: int) -> tuple[StarNetwork, Checkpoint]:
@@ -49,7 +51,8 @@ def test_a_score_depends_on_its_window_alone_and_not_on_its_side():
 
 
 def test_a_room_without_anything_has_a_score():
-    compiled = compiled_star(trained((8,), 1)[1])
+    network, checkpoint = trained((8,), 1)
+    compiled = compiled_star(checkpoint)
     window = random_windows(5, 1)[0]
     arrays = window[0].arrays
     kept = np.isin(arrays.kinds, (2, 4))  # the room and the goal
@@ -64,4 +67,20 @@ def test_a_room_without_anything_has_a_score():
         link_relations=nothing,
         link_lengths=nothing.astype(np.float32),
     )
-    assert np.isfinite(compiled([[empty]])).all()
+    with torch.no_grad():
+        expected = network.scores_and_deviations([[empty]]).numpy()
+    np.testing.assert_allclose(compiled([[empty]]), expected, atol=2e-6)
+    np.testing.assert_array_equal(compiled([[mirrored_frame(empty)]]), compiled([[empty]]))
+
+
+def test_the_order_of_very_many_segments_says_nothing():
+    compiled = compiled_star(trained((16, 16), 1)[1])
+    sequence = random_sequence(np.random.default_rng(6), 1)
+    snapshot = sequence.last
+    places = np.random.default_rng(7).uniform(-60, 60, (100, 4))
+    scores = [
+        compiled([[frame_graph(replace(snapshot, walls=walls), wall_segments(walls))]])
+        for walls in (places, places[::-1].copy(), places[:, [2, 3, 0, 1]].copy())
+    ]
+    np.testing.assert_allclose(scores[1], scores[0], atol=1e-6)
+    np.testing.assert_allclose(scores[2], scores[0], atol=1e-6)
