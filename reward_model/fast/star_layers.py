@@ -31,7 +31,7 @@ ROW_BIAS, ROW_CONTEXT, ROW = 14, 18, 22
 PER_ROUND: Final = 26
 
 _NUM_KINDS: Final = 4
-_MANY_ROWS: Final = 300  # of a window and kind
+_MANY_ROWS: Final = 100  # of a window and kind
 _ROOMS: Final = 4  # the place of rooms among the kinds of inputs
 _EVEN_COLUMNS = np.array([PERSON_EVEN, OBJECT_EVEN, WALL_EVEN, PAIR_EVEN, ROOM_EVEN])
 
