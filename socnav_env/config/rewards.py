@@ -1,4 +1,4 @@
-"""Configuration of the rewards: the weights of their named terms."""
+"""Configuration of the rewards: the weights of their named terms, and how learned scores are made."""
 
 from __future__ import annotations
 
@@ -13,9 +13,11 @@ Mix = tuple[tuple[str, float], ...]  # names of rewards and their weights
 
 @dataclass(frozen=True)
 class RewardConfig:
-    """Weights of the named reward terms.
+    """Weights of the named reward terms, and how learned scores are made.
 
     Attributes:
+        time_scale: factor, at least 1, by which a scene is slowed before it is scored, so that a fast robot is judged
+            like those that people rated; see `RobotConfig.rated_time_scale`
         social: weight of Q2 - 1 in `learned` and of the raw score in `q1` and `q2`, every step
         arrival, contact: weight of arriving and of touching something, once, at the end; in `learned` and `sparse`
         crowdnav_arrival, crowdnav_contact: the same in `crowdnav` (Chen et al. 2019)
@@ -29,6 +31,7 @@ class RewardConfig:
         mix: names and weights of the rewards in the reward `mix`
     """
 
+    time_scale: float = 1.0
     social: float = 1.0
     arrival: float = 50.0
     contact: float = -50.0
@@ -47,7 +50,7 @@ class RewardConfig:
         for each in dataclasses.fields(self):
             if each.name == "mix":
                 continue
-            least = 0 if each.name.endswith("_distance") else -math.inf
+            least = 1 if each.name == "time_scale" else 0 if each.name.endswith("_distance") else -math.inf
             check_number(f"reward.{each.name}", getattr(self, each.name), least, math.inf)
         _check_mix(self.mix)
 
