@@ -160,7 +160,8 @@ def _frame(
     """The words of the frame graph that `frame_graph` makes of the slowed snapshot of a moment."""
     poses, goal, walls = _seen_from(scene, robot, people)
     velocities = pose_rates(_seen_from(scene, robot_before, people_before)[0], poses, duration)
-    velocities /= time_scale
+    if time_scale != 1.0:
+        velocities /= time_scale
     num_people = len(people)
     return packed_frame(
         Entities(scene.ids[:num_people], poses[:num_people], velocities[:num_people]),
