@@ -64,12 +64,12 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
     scenario, whose ranges are drawn with the same generator.
 
     Info, every step: `outcome` (None, "arrived", "collision_person", "collision_object", "collision_wall" or
-    "timeout"), `is_success`, `in_rated_range` (whether people rated such a robot, see `RobotConfig`),
-    `reward_terms` (each term's contribution; their sum is the reward), `reward_weights`, and with a learned
-    reward `q1` and `q2`, the raw scores of the last second, `q1_std` and `q2_std`, their standard deviations over the
-    network's members, and `in_range`, whether the scene is like those that the network was trained on. In an episode's
-    last step also `episode_metrics`, see `socnav_env.metrics`. After a reset: `outcome`, `is_success` and
-    `in_rated_range`.
+    "timeout"), `is_success`, `in_rated_range` (whether people rated such a robot as is judged: with its
+    speeds divided by `config.reward.time_scale`), `reward_terms` (each term's contribution; their sum is the reward),
+    `reward_weights`, and with a learned reward `q1` and `q2`, the raw scores of the last second, slowed by that factor,
+    `q1_std` and `q2_std`, their standard deviations over the network's members, and `in_range`, whether the scene is
+    like those that the network was trained on. In an episode's last step also `episode_metrics`, see
+    `socnav_env.metrics`. After a reset: `outcome`, `is_success` and `in_rated_range`.
 
     Versions: v0, the first one.
 
@@ -106,7 +106,7 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
         self.action_space = action_space(self.config.robot)
         self.render_mode = render_mode
         self.metadata = {**self.metadata, "render_fps": 1 / self.config.control_period}
-        self._in_rated_range = self.config.robot.in_rated_range
+        self._in_rated_range = self.config.in_rated_range
         self._episode: Episode | None = None
         self._renderer: Renderer | None = None
 
@@ -119,8 +119,8 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
     def begin(self, seed: int | None = None) -> dict[str, Any]:
         """Reset without an observation: draw a new scene and return the info."""
         super().reset(seed=seed)
-        frames_are_read = self.reward.scorer is not None or self._reads_window
-        self._episode = begin_episode(self.config, self.np_random, frames_are_read, self.scenario)
+        judged = self.reward.scorer is not None
+        self._episode = begin_episode(self.config, self.np_random, judged, self.scenario, self._reads_window)
         if self.render_mode == "human":
             self.render()
         return self._outcome_info(None)
@@ -140,7 +140,8 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
     def observe(self) -> Any:
         """Return the current observation in new arrays."""
         if self._reads_window:
-            return cast(WindowObservation, self.observation).observe_window(self.world, self.time_left, self.window())
+            window = self._scene().observed_window()
+            return cast(WindowObservation, self.observation).observe_window(self.world, self.time_left, window)
         return cast(Observation, self.observation).observe(self.world, self.time_left)
 
     def require_running(self) -> None:

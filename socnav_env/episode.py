@@ -9,6 +9,7 @@ import numpy as np
 from reward_model.base.arrays import FloatArray
 from reward_model.graph.frame import FrameGraph
 from reward_model.scenes.scene import SceneSequence, Scores
+from reward_model.scenes.time_scale import slowed
 from socnav_env.config import ConfigError, EnvConfig
 from socnav_env.rendering.playback import view_at, view_of
 from socnav_env.rendering.view import SceneView
@@ -30,15 +31,21 @@ class Episode:
     """An episode from the warm-up, simulated on construction, to the outcome.
 
     Args:
-        judged: whether frames are kept for a scorer
+        judged: whether frames are kept for a scorer, slowed as the configuration says
+        observed: whether frames are kept for an observation, in real time
     """
 
-    def __init__(self, world: World, config: EnvConfig, judged: bool) -> None:
+    def __init__(self, world: World, config: EnvConfig, judged: bool, observed: bool = False) -> None:
         self.world = world
         self.outcome: Outcome | None = None
         self.scores: Scores | None = None
         self._config = config
-        self._recorder = Recorder(world, config.control_period) if judged else None
+        period, time_scale = config.control_period, config.reward.time_scale
+        self._recorder = Recorder(world, period, time_scale) if judged else None
+        self._observed = self._recorder if time_scale == 1 else None  # the same frames serve both
+        if observed and self._observed is None:
+            self._observed = Recorder(world, period)
+        self._recorders = [each for each in dict.fromkeys([self._recorder, self._observed]) if each is not None]
         for _ in range(config.warm_up_steps):
             self._advance_world(STANDING)
         self._trajectory = TrajectoryRecorder(world, config)
@@ -60,8 +67,12 @@ class Episode:
         self.outcome = decide_outcome(self.world, self._config.max_steps - self.steps - 1)
 
     def window(self) -> list[FrameGraph]:
-        """The frames scored for the last second, newest first; empty without a scorer."""
-        return [] if self._recorder is None else self._recorder.window()
+        """The frames scored for the last second, newest first; without a scorer the observed ones."""
+        return self.observed_window() if self._recorder is None else self._recorder.window()
+
+    def observed_window(self) -> list[FrameGraph]:
+        """The frames of the last second in real time, newest first; empty where nothing reads them."""
+        return [] if self._observed is None else self._observed.window()
 
     def conclude(self, scores: Scores | None) -> Moment:
         """Record the last step with its scores and return its result."""
@@ -87,23 +98,30 @@ class Episode:
         return [view_at(trajectory, float(time), self._config) for time in times]
 
     def recent_sequence(self) -> SceneSequence | None:
-        """The last two seconds as a scene for the reward model; None without a scorer."""
-        return None if self._recorder is None else SceneSequence(self._recorder.snapshots, name="episode")
+        """The last two seconds as the scene that is scored; None without a scorer."""
+        if self._recorder is None:
+            return None
+        return slowed(SceneSequence(self._recorder.snapshots, name="episode"), self._config.reward.time_scale)
 
     def _advance_world(self, command: FloatArray) -> None:
         self.world.advance(command)
-        if self._recorder is not None:
-            self._recorder.record()
+        for recorder in self._recorders:
+            recorder.record()
 
 
 def begin_episode(
-    config: EnvConfig, random: np.random.Generator, judged: bool, scenario: Scenario | None = None
+    config: EnvConfig,
+    random: np.random.Generator,
+    judged: bool,
+    scenario: Scenario | None = None,
+    observed: bool = False,
 ) -> Episode:
     """Draw a scene and simulate its warm-up; a scene that is over at its start is drawn anew.
 
     That can happen if people do not stop (`people.stop_distance` 0) and walk into the standing robot.
 
     Args:
+        judged, observed: see `Episode`
         scenario: to draw it from; None: the population in `config`
 
     Raises:
@@ -111,7 +129,7 @@ def begin_episode(
     """
     draw = sample_layout if scenario is None else scenario.draw
     for _ in range(MAX_STARTS):
-        episode = Episode(World(draw(config, random), config, random), config, judged)
+        episode = Episode(World(draw(config, random), config, random), config, judged, observed)
         if decide_outcome(episode.world, steps_left=1) is None:
             return episode
     raise ConfigError(

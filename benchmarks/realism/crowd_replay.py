@@ -40,7 +40,7 @@ def figures_of(walks: Walks, paths: FloatArray) -> Figures:
 
 def real_walker(walks: Walks) -> FloatArray:
     """The paths as recorded, straight from row to row."""
-    return _between_rows(walks.paths)
+    return between_rows(walks.paths)
 
 
 def straight_walker(walks: Walks, kind: str) -> FloatArray:
@@ -69,7 +69,7 @@ def final_points(walks: Walks, kind: str) -> FloatArray:
     return walks.exits if kind == "exit" else walks.paths[:, -1]
 
 
-def _between_rows(rows: FloatArray) -> FloatArray:
+def between_rows(rows: FloatArray) -> FloatArray:
     """Rows (..., HORIZON + 1, 2) to steps (..., STEPS + 1, 2), by linear interpolation."""
     share = (np.arange(STEPS) % STEPS_A_ROW / STEPS_A_ROW)[:, None]
     before = np.repeat(rows[..., :-1, :], STEPS_A_ROW, axis=-2)

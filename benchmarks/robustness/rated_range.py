@@ -16,7 +16,7 @@ from reward_model.scorer import SocialScorer
 
 _SIDES, _WIDE = (4.0, 18.0), (25.0, 60.0)  # m
 _PEOPLE, _CROWD = (0, 28), (35, 80)
-_NEAR, _FAR = 10.0, (20.0, 60.0)  # m from the robot to the goal
+_NEAR, _FAR = 10.0, (30.0, 60.0)  # m from the robot to the goal; rooms of 20 m have goals up to 28 m away
 _SPEEDS, _FAST = (0.0, 0.37), (1.2, 3.0)  # m/s
 _MOST_OBJECTS = 8
 _WALKING = 1.2  # m/s
@@ -71,7 +71,7 @@ def in_a_crowd(rng: np.random.Generator) -> SyntheticScene:
 
 
 def far_from_the_goal(rng: np.random.Generator) -> SyntheticScene:
-    """The same with the goal 20 to 60 m away."""
+    """The same with the goal 30 to 60 m away."""
     scene, distance, angle = inside(rng), rng.uniform(*_FAR), rng.uniform(-np.pi, np.pi)
     x, y, _ = scene.robot
     return replace(scene, goal=(x + distance * np.cos(angle), y + distance * np.sin(angle)))
@@ -88,7 +88,7 @@ CASES: Final = MappingProxyType[str, Callable[[np.random.Generator], SyntheticSc
         "inside": inside,
         "room of 25 to 60 m": in_a_wide_room,
         "35 to 80 people": in_a_crowd,
-        "goal 20 to 60 m away": far_from_the_goal,
+        "goal 30 to 60 m away": far_from_the_goal,
         "robot of 1.2 to 3 m/s": fast,
     }
 )

@@ -44,15 +44,19 @@ class Score:
     """default (what ships), published (after import-published) or a checkpoint folder."""
     form: Literal["auto", "compiled", "dgl"] = "auto"
     """compiled is fast and needs no DGL; dgl runs the network as it is defined; auto takes what there is."""
+    time_scale: float = 1.0
+    """Score the scenes played this many times slower, for robots that are faster than those that people rated."""
 
     def run(self) -> None:
         """Read every file, then score them together; see the class."""
         if not self.files:
             raise ValueError("score needs at least one file")
+        from reward_model.scenes.time_scale import check_factor
         from reward_model.scorer import load_scorer, weights_path
 
+        check_factor(self.time_scale)
         weights_path(self.weights)  # where there are none, say so before reading what may be many files
-        windows = _read_windows(self.files)
+        windows = _read_windows(self.files, self.time_scale)
         scorer = load_scorer(self.weights, self.form)
         scores = scorer.assess_windows(windows).rows()
         print("\n".join(_score_lines(self.files, scores, scorer.out_of_range(windows))), flush=True)
@@ -98,6 +102,8 @@ class Heatmaps:
     """Positions along each side of the room."""
     actions: bool = False
     """Draw the six actions as well."""
+    time_scale: float = 1.0
+    """Play the scene this many times slower; the six actions are driven in its slowed time."""
 
     def run(self) -> None:
         """Read, score and draw, and print where the picture is."""
@@ -108,9 +114,11 @@ class Heatmaps:
         from reward_model.base.files import replace_file
         from reward_model.scenes.scene import ScenarioError
         from reward_model.scenes.socnav2_json import read_socnav2
+        from reward_model.scenes.time_scale import check_factor, slowed
         from reward_model.scorer import load_scorer
 
-        sequence = read_socnav2(self.file)
+        check_factor(self.time_scale)
+        sequence = slowed(read_socnav2(self.file), self.time_scale)
         scorer = load_scorer(self.weights)
         actions = {RECORDED: None, **(ACTIONS if self.actions else {})}
         positions, begin = len(actions) * self.resolution**2, time.perf_counter()
@@ -189,18 +197,19 @@ def _score_lines(files: Sequence[Path], scores: Sequence[Scores], out_of_range: 
     return [json.dumps({"file": str(file), **each._asdict(), "out_of_range": reasons}) for file, each, reasons in rows]
 
 
-def _read_windows(files: Sequence[Path]) -> list[list[FrameGraph]]:
-    """Read the window of each file's last second; every problem goes into one error, a line each."""
+def _read_windows(files: Sequence[Path], time_scale: float) -> list[list[FrameGraph]]:
+    """Read the window of each file's last second, slowed; every problem goes into one error, a line each."""
     from reward_model.graph.windows import sequence_frames
     from reward_model.scenes.scene import ScenarioError
     from reward_model.scenes.socnav2_json import read_socnav2
+    from reward_model.scenes.time_scale import slowed
 
     windows, problems = [], []
     for file in watched(files, "reading", least=100):
         try:
             sequence = read_socnav2(file)
             try:
-                windows.append(sequence_frames(sequence))
+                windows.append(sequence_frames(slowed(sequence, time_scale)))
             except ScenarioError as error:
                 raise ScenarioError(f"{file}: {error}") from error
         except ScenarioError as error:

@@ -64,6 +64,11 @@ class EnvConfig:
         """The maximum number of control periods in an episode."""
         return round(self.time_limit / self.control_period)
 
+    @property
+    def in_rated_range(self) -> bool:
+        """Whether the raters of SocNav2 saw such a robot as is judged: slowed by `reward.time_scale`."""
+        return self.robot.drive_type.rated and self.robot.rated_time_scale <= self.reward.time_scale + 1e-9
+
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> Self:
         """Build from nested dicts, e.g. of a TOML or JSON file; missing keys keep their defaults.

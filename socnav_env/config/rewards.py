@@ -1,21 +1,26 @@
-"""Configuration of the rewards: the weights of their named terms."""
+"""Configuration of the rewards: the weights of their named terms, and how learned scores are made."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
 from dataclasses import dataclass
+from typing import Final
 
 from socnav_env.config.checks import ConfigError, check_number
 
 Mix = tuple[tuple[str, float], ...]  # names of rewards and their weights
 
+_LEAST: Final = {"time_scale": 1, "pessimism": 0}  # values of numbers that have a bound
+
 
 @dataclass(frozen=True)
 class RewardConfig:
-    """Weights of the named reward terms.
+    """Weights of the named reward terms, and how learned scores are made.
 
     Attributes:
+        time_scale: factor, at least 1, by which a scene is slowed before it is scored, so that a fast robot is judged
+            like those that people rated; see `RobotConfig.rated_time_scale`
         social: [1/s] weight of Q2 - 1 in `learned`, every step
         score: weight of the raw score in `q1` and `q2`, every step
         arrival, contact: weight of arriving and of touching something in `learned`, once, at the end; `LearnedReward`
@@ -33,6 +38,7 @@ class RewardConfig:
         mix: names and weights of the rewards in the reward `mix`
     """
 
+    time_scale: float = 1.0
     social: float = 1.0
     score: float = 1.0
     arrival: float = 50.0
@@ -55,7 +61,7 @@ class RewardConfig:
         for each in dataclasses.fields(self):
             if each.name == "mix":
                 continue
-            least = 0 if each.name.endswith("_distance") or each.name == "pessimism" else -math.inf
+            least = _LEAST.get(each.name, 0 if each.name.endswith("_distance") else -math.inf)
             check_number(f"reward.{each.name}", getattr(self, each.name), least, math.inf)
         _check_mix(self.mix)
 

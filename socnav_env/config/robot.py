@@ -104,5 +104,9 @@ class RobotConfig:
     @property
     def in_rated_range(self) -> bool:
         """Whether the raters of SocNav2 saw such a robot: none that drives sideways, and none that is faster."""
-        slow = self.top_speed <= RATED_SPEED + 1e-9 and self.max_turn_rate <= RATED_TURN_RATE + 1e-9
-        return slow and self.drive_type.rated
+        return self.drive_type.rated and self.rated_time_scale <= 1 + 1e-9
+
+    @property
+    def rated_time_scale(self) -> float:
+        """The smallest `reward.time_scale`, at least 1, that makes its top speeds those that SocNav2's raters saw."""
+        return max(1.0, self.top_speed / RATED_SPEED, self.max_turn_rate / RATED_TURN_RATE)

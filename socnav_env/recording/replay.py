@@ -10,6 +10,7 @@ import numpy as np
 from reward_model.base.arrays import FloatArray
 from reward_model.graph.frame import FrameGraph
 from reward_model.scenes.scene import SceneSequence
+from reward_model.scenes.time_scale import slowed
 from socnav_env.episode import STANDING, Episode
 from socnav_env.layout import Layout
 from socnav_env.recording.arrays import RecordingError
@@ -80,7 +81,7 @@ def first_difference(recorded: Trajectory, repeated: Trajectory) -> Difference |
 
 
 def recorded_sequence(recording: Recording, name: str) -> SceneSequence:
-    """The whole episode, with its warm-up, as the reward model's scene: a snapshot every control period.
+    """The whole episode in real time, with its warm-up, as the reward model's scene: a snapshot every control period.
 
     Raises:
         RecordingError: Like `replay`.
@@ -99,19 +100,21 @@ def recorded_windows(recording: Recording) -> list[list[FrameGraph]]:
 
 
 def recorded_sequences(recording: Recording) -> list[SceneSequence]:
-    """The last two seconds at the start and after each step, see `recorded_sequence`.
+    """The last two seconds at the start and after each step as the scenes that are scored, see `Episode`.
 
     Raises:
         RecordingError: Like `replay`.
     """
-    skipped = recording.config.warm_up_steps
-    return [SceneSequence(recorder.snapshots, recording.name) for recorder in _recorders(recording)][skipped:]
+    skipped, time_scale = recording.config.warm_up_steps, recording.config.reward.time_scale
+    return [
+        slowed(SceneSequence(recorder.snapshots, recording.name), time_scale) for recorder in _recorders(recording)
+    ][skipped:]
 
 
 def _recorders(recording: Recording) -> Iterator[Recorder]:
     """The same recorder after each of its snapshots."""
     world = _world(recording, recording.trajectory.layout)
-    recorder = Recorder(world, recording.config.control_period)
+    recorder = Recorder(world, recording.config.control_period, recording.config.reward.time_scale)
     yield recorder
     for command in [*[STANDING] * recording.config.warm_up_steps, *recording.trajectory.commands]:
         world.advance(command)

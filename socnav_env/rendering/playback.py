@@ -56,7 +56,7 @@ def _lines(trajectory: Trajectory, row: int, people_poses: FloatArray) -> FloatA
 
 
 def view_of(trajectory: Trajectory, row: int, config: EnvConfig) -> SceneView:
-    """The view of an episode after `row` steps, with a trail of the last two seconds."""
+    """The view of an episode after `row` steps, with a trail of the last two seconds and marks at the scored frames."""
     layout, people_poses = trajectory.layout, trajectory.people_poses[row]
     first = max(row + 1 - frames_per_window(config.control_period), 0)
     path, times = trajectory.robot_poses[first : row + 1], trajectory.times[first : row + 1]
@@ -75,7 +75,7 @@ def view_of(trajectory: Trajectory, row: int, config: EnvConfig) -> SceneView:
         object_kinds=layout.object_kinds,
         interaction_lines=_lines(trajectory, row, people_poses),
         trail=path[:, :2],
-        trail_marks=path[select_window(times.tolist())[1:]],
+        trail_marks=path[select_window((config.reward.time_scale * times).tolist())[1:]],
         scores=None if np.isnan(scores).any() else Scores(*scores.tolist()),
         time=row * config.control_period,
         time_limit=config.time_limit,

@@ -63,15 +63,17 @@ class Recorder:
 
     Args:
         control_period: [s] between two snapshots
+        time_scale: factor by which the scene of the frames is slowed, see `reward_model.scenes.time_scale.slowed`;
+            snapshots are in real time
 
     Raises:
         ScenarioError: If two objects interact.
     """
 
-    def __init__(self, world: World, control_period: float) -> None:
+    def __init__(self, world: World, control_period: float, time_scale: float = 1.0) -> None:
         layout = world.layout
         self._world = world
-        self._control_period = control_period
+        self._control_period, self._time_scale = control_period, time_scale
         # SocNav2's recordings list walls clockwise, and the published network's scores depend on it.
         corners = np.ascontiguousarray(layout.room.corners[::-1])
         self._scene = _Scene(
@@ -83,7 +85,7 @@ class Recorder:
             segments=wall_segments(closed_lines(corners)),
             pairs=world.interactions.pairs + 1,
         )
-        capacity = frames_per_window(control_period)
+        capacity = frames_per_window(control_period * time_scale)
         self._ages = range(0, capacity, (capacity - 1) // (NUM_FRAMES - 1))  # in control periods
         self._states: deque[_State] = deque([self._state()], maxlen=capacity + 1)  # including the one before the first
         self._frames: deque[FrameGraph] = deque(maxlen=capacity)
@@ -103,19 +105,21 @@ class Recorder:
             now.people_poses,
             now.command,
             self._control_period,
+            self._time_scale,
         )
         self._states.append(now)
         self._frames.append(FrameGraph.of_words(words))
 
     @property
     def snapshots(self) -> tuple[Snapshot, ...]:
-        """Snapshots of slightly more than the last two seconds, oldest first."""
+        """Snapshots in real time of slightly more than a window, oldest first: the last two seconds, if not slowed."""
         return tuple(self._snapshot(earlier, now) for earlier, now in pairwise(self._states))
 
     def window(self) -> list[FrameGraph]:
         """The frames scored for the last second: up to three, a second apart, newest first.
 
-        They are those of `select_window`; snapshots come at one rate, so their indices are always the same.
+        They are those of `select_window`; snapshots come at one rate, so their indices are always the same. A second is
+        one of slowed time.
         """
         return [self._frames[-1 - age] for age in self._ages if age < len(self._frames)]
 
@@ -151,16 +155,19 @@ def _frame(
     people: FloatArray,
     command: FloatArray,
     duration: float,
+    time_scale: float,
 ) -> Int32Array:
-    """The words of the frame graph that `frame_graph` makes of the snapshot of a moment."""
+    """The words of the frame graph that `frame_graph` makes of the slowed snapshot of a moment."""
     poses, goal, walls = _seen_from(scene, robot, people)
     velocities = pose_rates(_seen_from(scene, robot_before, people_before)[0], poses, duration)
+    if time_scale != 1.0:
+        velocities /= time_scale
     num_people = len(people)
     return packed_frame(
         Entities(scene.ids[:num_people], poses[:num_people], velocities[:num_people]),
         Entities(scene.ids[num_people:], poses[num_people:], velocities[num_people:]),
         scene.sizes,
-        command,
+        command / time_scale,
         goal,
         walls,
         scene.segments,
@@ -179,5 +186,5 @@ def _seen_from(scene: _Scene, robot: FloatArray, people: FloatArray) -> tuple[Fl
 
 
 def frames_per_window(control_period: float) -> int:
-    """The number of snapshots, one each control period [s], that a window spans."""
-    return (NUM_FRAMES - 1) * math.ceil(FRAME_SPACING / control_period - 1e-6) + 1
+    """The number of snapshots, one each control period [s] in the time of the window, that a window spans."""
+    return (NUM_FRAMES - 1) * max(math.ceil(FRAME_SPACING / control_period - 1e-6), 1) + 1

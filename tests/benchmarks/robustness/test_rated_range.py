@@ -29,7 +29,7 @@ def facts(scene):
 def test_scenes_are_outside_by_the_fact_that_names_them(case, different):
     least, most = np.array([4, 0, 0, 0.0]), np.array([18, 28, 10, 0.37])
     if different is not None:
-        least[different] = (25, 35, 20, 1.2)[different]
+        least[different] = (25, 35, 30, 1.2)[different]
         most[different] = (60, 80, 60, 3.0)[different]
     rng = np.random.default_rng(0)
     found = np.array([facts(CASES[case](rng)) for _ in range(50)])

@@ -5,7 +5,15 @@ import sys
 
 import pytest
 
-from socnav_env.config import AT_PLANT, TALKING, ConfigError, EnvConfig, PopulationConfig
+from socnav_env.config import (
+    AT_PLANT,
+    TALKING,
+    ConfigError,
+    EnvConfig,
+    PopulationConfig,
+    RewardConfig,
+    RobotConfig,
+)
 from socnav_env.config.robot import DRIVES
 
 
@@ -54,6 +62,7 @@ def test_a_dict_and_back():
         ),
         ({"room": {"turned": 1}}, "room.turned must be true or false, got 1"),
         ({"people": {"model": "wander"}}, "people.model must be one of social_force, orca, standing, got 'wander'"),
+        ({"reward": {"time_scale": 0.5}}, "reward.time_scale must be a number of at least 1, got 0.5"),
         ({"people": {"max_acceleration": 0}}, "people.max_acceleration must be a number of at least 0.001, got 0"),
         ({"people": {"group": {"gaze": -1}}}, "people.group.gaze must be a number of at least 0, got -1"),
         ({"people": {"orca": {"margin": -1}}}, "people.orca.margin must be a number of at least 0, got -1"),
@@ -105,3 +114,35 @@ def test_importing_the_config_loads_nothing_heavy():
     )
     answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert answer.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize(
+    ("robot", "factor"),
+    [
+        (RobotConfig(), 1.0),
+        (RobotConfig(max_forward_speed=0.1, max_backward_speed=0.1, max_turn_rate=0.1), 1.0),
+        (RobotConfig(max_forward_speed=1.0), 9.4 / 3.5),
+        (RobotConfig(max_backward_speed=0.7), 1.88),
+        (RobotConfig(max_turn_rate=1.0), 2.58),
+        (RobotConfig(max_sideways_speed=0.7), 1.0),
+        (RobotConfig(drive="holonomic", max_sideways_speed=0.7), 1.88),
+    ],
+)
+def test_the_factor_that_makes_a_robot_as_slow_as_the_rated_one(robot, factor):
+    assert robot.rated_time_scale == pytest.approx(factor)
+
+
+@pytest.mark.parametrize(
+    ("robot", "time_scale", "rated"),
+    [
+        (RobotConfig(), 1.0, True),
+        (RobotConfig(max_forward_speed=1.0), 1.0, False),
+        (RobotConfig(max_forward_speed=1.0), 2.68, False),
+        (RobotConfig(max_forward_speed=1.0), RobotConfig(max_forward_speed=1.0).rated_time_scale, True),
+        (RobotConfig(max_forward_speed=1.0), 2.7, True),
+        (RobotConfig(max_forward_speed=1.0, max_turn_rate=1.5), 2.7, False),
+        (RobotConfig(drive="holonomic"), 4.0, False),
+    ],
+)
+def test_a_robot_is_in_the_rated_range_as_it_is_judged(robot, time_scale, rated):
+    assert EnvConfig(robot=robot, reward=RewardConfig(time_scale=time_scale)).in_rated_range is rated

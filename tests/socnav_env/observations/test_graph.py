@@ -3,7 +3,7 @@ import pytest
 
 from reward_model.graph.features import NodeKind, Relation
 from reward_model.graph.windows import scene_graph
-from socnav_env.config import EnvConfig, PopulationConfig, RoomConfig
+from socnav_env.config import EnvConfig, PopulationConfig, RewardConfig, RoomConfig
 from socnav_env.env import SocNavEnv
 from socnav_env.observations import GraphObservation
 from socnav_env.observations.graph import fitted_frames, most_segments
@@ -31,6 +31,22 @@ def test_the_agent_reads_what_the_reward_reads() -> None:
         np.testing.assert_array_equal(seen[name][:edges], getattr(graph, name))
         assert not seen[name][edges:].any()
     np.testing.assert_allclose(seen["robot"][3], 1 - 3 / 300)
+
+
+def test_the_agent_reads_real_time_where_the_reward_reads_slowed_time(feature_reward) -> None:
+    steps = {}
+    for time_scale in (1.0, 2.5):
+        env = SocNavEnv(feature_reward, "graph", EnvConfig(reward=RewardConfig(time_scale=time_scale)))
+        observations, scores = [env.reset(seed=1)[0]], []
+        for _ in range(3):
+            seen, _, _, _, info = env.step(np.array([1.0, 0.3]))
+            observations.append(seen)
+            scores.append(info["q2"])
+        steps[time_scale] = observations, scores
+    for seen, expected in zip(steps[2.5][0], steps[1.0][0], strict=True):
+        for name, values in expected.items():
+            np.testing.assert_array_equal(seen[name], values)
+    assert steps[2.5][1] != steps[1.0][1]
 
 
 def test_without_a_warm_up_the_graph_begins_with_one_frame() -> None:

@@ -6,8 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from reward_model.graph.windows import sequence_frames
 from reward_model.scenes.socnav2_json import read_socnav2, write_socnav2
-from socnav_env.config import EnvConfig, PopulationConfig, RobotConfig
+from reward_model.scenes.time_scale import slowed
+from socnav_env.config import EnvConfig, PopulationConfig, RewardConfig, RobotConfig
 from socnav_env.env import SocNavEnv
 from socnav_env.metrics import episode_metrics
 from socnav_env.recording.arrays import RecordingError
@@ -15,6 +17,7 @@ from socnav_env.recording.files import Recording, RecordTrajectory, read_recordi
 from socnav_env.recording.replay import (
     first_difference,
     recorded_sequence,
+    recorded_sequences,
     recorded_windows,
     replay,
     rerun_without_robot,
@@ -156,6 +159,26 @@ def test_an_export_is_the_scene_that_was_judged(feature_reward, feature_scorer, 
     read = read_socnav2(tmp_path / "scene.json")
     assert len(read) == 16
     np.testing.assert_allclose(read.last.people.velocities, sequence.last.people.velocities, atol=1e-12)
+
+
+def test_a_slowed_recording_is_judged_as_it_was_and_exported_in_real_time(feature_reward, tmp_path: Path) -> None:
+    config = EnvConfig(time_limit=2.0, reward=RewardConfig(time_scale=2.5))
+    env = SocNavEnv(feature_reward, config=config)
+    env.reset(seed=3)
+    windows = []
+    for _ in range(10):
+        env.step(np.array([0.8, 0.2]))
+        windows.append(env.window())
+    write_recording(record_episode(env), tmp_path / "episode.npz")
+    recording = read_recording(tmp_path / "episode.npz")
+    assert recording.config == config
+    scored = [sequence_frames(sequence) for sequence in recorded_sequences(recording)[1:]]
+    exported = sequence_frames(slowed(recorded_sequence(recording, "scene"), 2.5))
+    assert recorded_sequence(recording, "scene").last.timestamp == pytest.approx(2.0)
+    pairs = [*zip(recorded_windows(recording), windows, strict=True), *zip(scored, windows, strict=True)]
+    for window, expected in [*pairs, (exported, windows[-1])]:
+        for frame, other in zip(window, expected, strict=True):
+            np.testing.assert_array_equal(frame.arrays.features, other.arrays.features)
 
 
 def test_another_process_repeats_the_same_bits(recording: Recording, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@ import pytest
 
 from reward_model.graph.windows import sequence_frames
 from reward_model.scenes.scene import SceneSequence
+from reward_model.scenes.time_scale import slowed
 from socnav_env.config import EnvConfig
 from socnav_env.scenes.population import sample_layout
 from socnav_env.simulation.snapshots import Recorder, frames_per_window
@@ -138,6 +139,23 @@ def test_a_window_is_what_the_same_snapshots_give_as_a_recorded_sequence() -> No
     for kept, computed in pairs:
         np.testing.assert_array_equal(kept.arrays.features, computed.arrays.features)
         np.testing.assert_array_equal(kept.arrays.link_lengths, computed.arrays.link_lengths)
+
+
+@pytest.mark.parametrize(("time_scale", "spacing"), [(2.0, 3), (2.5, 2), (2.7, 2), (4.0, 2), (5.0, 1), (1e9, 1)])
+def test_a_slowed_window_is_what_the_slowed_snapshots_give(time_scale: float, spacing: int) -> None:
+    config = EnvConfig()
+    random = np.random.default_rng(5)
+    world = World(sample_layout(config, random), config, random)
+    recorder = Recorder(world, config.control_period, time_scale)
+    for _ in range(9):
+        world.advance(np.array([0.2, 0.0, 0.3]))
+        recorder.record()
+    assert len(recorder.snapshots) == 2 * spacing + 1
+    wanted = sequence_frames(slowed(SceneSequence(recorder.snapshots), time_scale))
+    assert len(recorder.window()) == len(wanted) == 3
+    for kept, computed in zip(recorder.window(), wanted, strict=True):
+        for mine, theirs in zip(kept.arrays, computed.arrays, strict=True):
+            np.testing.assert_array_equal(mine, theirs)
 
 
 def test_an_empty_room_is_a_scene_too() -> None:

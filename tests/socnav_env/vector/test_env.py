@@ -86,6 +86,18 @@ def test_everything_is_what_single_environments_give(reward: str, mode: Autorese
     assert np.any([truncated for _, truncated in ends])
 
 
+@pytest.mark.usefixtures("without_weights")
+def test_worlds_in_slowed_time_are_judged_as_single_ones() -> None:
+    config = EnvConfig.from_dict({"robot": {"max_forward_speed": 1.0}, "reward": {"time_scale": 2.7}})
+    arguments = {"reward": "learned", "observation": "graph", "config": config}
+    expected = play(make_sync(AutoresetMode.NEXT_STEP, **arguments), AutoresetMode.NEXT_STEP, 6)
+    played = play(make(**arguments), AutoresetMode.NEXT_STEP, 6)
+    for step, (one, other) in enumerate(zip(played, expected, strict=True)):
+        for part, (mine, theirs) in enumerate(zip(one, other, strict=True)):
+            assert_same(mine, theirs, f"{step}.{part}")
+    assert played[-1][-1]["in_rated_range"].tolist() == [True] * 3
+
+
 def test_infos_have_masks_and_end_with_metrics() -> None:
     envs = make(autoreset_mode="SameStep")
     _, infos = envs.reset(seed=1)

@@ -56,6 +56,18 @@ def test_everything_is_what_one_process_gives(make, mode, observation) -> None:
                 there.step(STAND)
 
 
+def test_workers_judge_in_slowed_time_as_one_process_does(make) -> None:
+    config = EnvConfig.from_dict({"robot": {"max_forward_speed": 1.0}, "reward": {"time_scale": 2.7}})
+    mode = AutoresetMode.NEXT_STEP
+    here = SocNavVectorEnv(NUM_ENVS, mode, reward="learned", config=config)
+    expected, played = play(here, mode, 4), play(make(reward="learned", config=config), mode, 4)
+    real_time = EnvConfig.from_dict({"robot": {"max_forward_speed": 1.0}})
+    otherwise = play(SocNavVectorEnv(NUM_ENVS, mode, reward="learned", config=real_time), mode, 4)
+    for one, other, different in zip(played[1:], expected[1:], otherwise[1:], strict=True):
+        assert_same(one[1], other[1], "rewards")
+        assert (one[1] != different[1]).all()
+
+
 def test_attributes_and_methods_of_every_world(make) -> None:
     envs = make(render_mode="rgb_array")
     with pytest.raises(gym.error.ResetNeeded, match="there is no scene yet"):
