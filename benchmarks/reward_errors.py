@@ -63,8 +63,8 @@ class RewardErrors:
     def run(self) -> None:
         """Measure, print, draw and write."""
         check_least(self, episodes=1, seed=0)
-        teacher = load_scorer("published")
         scorers = {name: load_scorer(name) for name in self.weights}
+        teacher = load_scorer("published")
         sets: dict[str, Episode] = {"wide range": wide_episode}
         sets |= {f"visited by {agent}": AgentEpisode(agent) for agent in self.agents}
         rows: list[dict[str, Any]] = []

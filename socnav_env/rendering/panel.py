@@ -31,7 +31,7 @@ def draw_panel(surface: pygame.Surface, view: SceneView) -> None:
     _write(surface, f"{view.time:.1f} s", 17, INK, (MARGIN * unit, middle - 10 * unit))
     _write(surface, f"of {view.time_limit:.0f} s", 11, FAINT_INK, (MARGIN * unit, middle + 11 * unit))
     if view.scores is not None:
-        for name, score, y in zip(("Q1", "Q2"), view.scores, (-11, 11), strict=True):
+        for name, score, y in zip(("Q1", "Q2"), view.scores[:2], (-11, 11), strict=True):
             _draw_gauge(surface, name, score, 110 * unit, middle + y * unit)
     if view.outcome is not None:
         color = OUTCOME_COLORS.get(view.outcome, ROBOT)

@@ -2,10 +2,13 @@
 
 import numpy as np
 import pytest
+import torch
 
 from reward_model.analysis.heatmap import is_inside, placed
 from reward_model.data.augmentation import mirrored
 from reward_model.graph.windows import reversed_walls, sequence_frames
+from reward_model.networks.building import trained_network
+from reward_model.networks.checkpoint import load_checkpoint
 from reward_model.networks.star import in_contact
 from reward_model.scenes.scene import SceneSequence
 from reward_model.scorer import SocialScorer, load_scorer, weights_path
@@ -67,3 +70,12 @@ def test_their_members_disagree_and_their_range_is_known(scorer, sequences):
 def test_they_are_small():
     folder = weights_path("default")
     assert sum(path.stat().st_size for path in folder.iterdir()) < 4e6
+
+
+def test_compiled_scores_are_those_of_the_definition(scorer, sequences):
+    windows = [sequence_frames(each) for each in sequences]
+    network = trained_network(load_checkpoint(weights_path("default"))).eval()
+    with torch.no_grad():
+        expected = network.scores_and_deviations(windows).numpy()
+    found = scorer.assess_windows(windows)
+    np.testing.assert_allclose(np.hstack([found.scores, found.deviations]), expected, atol=1e-4)

@@ -184,4 +184,4 @@ def test_genuine_scenes_score_as_published_where_they_were_recorded(shared_data,
     for name in ("S1_000000", "S2F_000000", "S3I_000000"):
         sequence = read_socnav2(shared_data / "socnav2_samples" / f"{name}.json")
         at_home = score_positions(scorer, sequence, np.zeros((1, 2)))[0]
-        np.testing.assert_allclose(at_home, tuple(scorer.score(sequence)), atol=1e-6)
+        np.testing.assert_allclose(at_home, scorer.score(sequence)[:2], atol=1e-6)

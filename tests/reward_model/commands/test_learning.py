@@ -171,7 +171,7 @@ def test_a_full_disk_is_one_line_and_leaves_the_training_as_it_was(recordings, t
     assert run(capsys, *arguments)[0] == 0
     (output / "model.safetensors").rename(tmp_path / "kept")
     before = {path: path.read_bytes() for path in output.glob("*.*")}
-    with full_disk(1000):
+    with full_disk(2000):
         status, _, err = run(capsys, *arguments, "--resume")
     assert (status, err.count("\n"), err.startswith(f"reward_model: {tmp_path}/")) == (2, 1, True)
     assert err.endswith("/model.safetensors: File too large\n")

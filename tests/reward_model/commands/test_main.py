@@ -23,7 +23,8 @@ def test_score_prints_one_json_line_a_file(shared_data, published_weights, capsy
     lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert [line["file"] for line in lines] == files
     for line, name in zip(lines, ("S3I_000000", "S1_000000"), strict=True):
-        assert set(line) == {"file", "q1", "q2"}
+        assert list(line) == ["file", "q1", "q2", "q1_std", "q2_std", "in_range", "out_of_range"]
+        assert (line["q1_std"], line["in_range"], line["out_of_range"]) == (0.0, True, [])
         assert line["q1"] == pytest.approx(expected[name]["q1"], abs=1e-4)
         assert line["q2"] == pytest.approx(expected[name]["q2"], abs=1e-4)
 

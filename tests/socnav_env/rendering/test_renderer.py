@@ -153,3 +153,9 @@ def test_before_the_first_scene_there_is_nothing_to_see() -> None:
     env = gym.make("SocNav2-v0", reward="sparse", render_mode="rgb_array").unwrapped
     with pytest.raises(gym.error.ResetNeeded, match="there is no scene yet"):
         env.render()
+
+
+def test_scores_of_an_ensemble_are_drawn_like_any_others(renderer: Renderer) -> None:
+    plain = renderer.draw(make_view(scores=Scores(0.9, 0.2)))
+    unsure = renderer.draw(make_view(scores=Scores(0.9, 0.2, 0.1, 0.1, in_range=False)))
+    np.testing.assert_array_equal(plain, unsure)
