@@ -19,8 +19,6 @@ from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
-from rich.console import Console
-from rich.table import Table
 from scipy.stats import spearmanr
 
 from agents.visited import AgentEpisode
@@ -84,7 +82,7 @@ class RewardErrors:
                 if self.images:
                     both = _with_mirror_image(scorer, windows, found)
                     rows += [_row(part, f"{network}, two images", both, taught, mask) for part, mask in parts.items()]
-        Console().print(_table(rows))
+        print("\n".join(_lines(rows)), flush=True)
         if self.output is not None:
             replace_file(self.output, (json.dumps(rows, indent=2) + "\n").encode())
 
@@ -151,16 +149,15 @@ def _rank_correlation(one: Float32Array, other: FloatArray) -> float | None:
     return float(spearmanr(one, other).statistic)
 
 
-def _table(rows: list[dict[str, Any]]) -> Table:
-    table = Table()
-    for place, name in enumerate(HEADER):
-        table.add_column(name, no_wrap=place < 2, overflow="fold")
+def _lines(rows: list[dict[str, Any]]) -> list[str]:
+    """A table in Markdown."""
+    lines = [HEADER, ("---",) * 2 + ("---:",) * (len(HEADER) - 2)]
     for row in rows:
         numbers = (row["q1_mse"], row["q2_mse"], row["q1_spearman"], row["q2_spearman"])
         formats = (".5f", ".5f", ".2f", ".2f")
         cells = ("-" if value is None else format(value, how) for value, how in zip(numbers, formats, strict=True))
-        table.add_row(row["windows"], row["network"], f"{row['number']:,}", *cells)
-    return table
+        lines.append((row["windows"], row["network"], f"{row['number']:,}", *cells))
+    return [f"| {' | '.join(line)} |" for line in lines]
 
 
 if __name__ == "__main__":
