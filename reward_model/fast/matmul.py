@@ -32,6 +32,9 @@ _COPIES: Final = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
 
 _AddColumns = Callable[[Float32Array, int, int, Float32Array, int, Float32Array, int, int, int, int], None]
 _AddFlatColumns = Callable[[Float32Array, int, int, Float32Array, int, Float32Array, int, int, int, int, int], None]
+_PutFlatColumns = Callable[
+    [Float32Array, int, int, Float32Array, int, Float32Array, int, Float32Array, int, int, int, int, int], None
+]
 
 
 class _Matrix:
@@ -63,7 +66,10 @@ class _FlatMatrix:
 
 
 class _Product(NamedTuple):
-    """The operands of a product in generated code; see `add_product`."""
+    """The operands of a product in generated code; see `add_product`.
+
+    Where there is an `initial` row, every row begins as that instead of as it was; with `relu` it ends at least at 0.
+    """
 
     left: _Matrix | _FlatMatrix
     left_row: Any
@@ -75,6 +81,8 @@ class _Product(NamedTuple):
     out_column: Any
     rows: Any
     inner: Any
+    initial: _FlatMatrix | None = None
+    relu: bool = False
 
 
 def _columns_adder(vectors: int) -> _AddColumns:
@@ -89,7 +97,7 @@ def _columns_adder(vectors: int) -> _AddColumns:
         _: Any, left: Any, i: Any, j: Any, right: Any, k: Any, out: Any, row: Any, column: Any, rows: Any, inner: Any
     ) -> Any:
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            operands = [
+            operands: list[Any] = [
                 _Matrix(builder, context.make_array(kind)(context, builder, value)) if place in (0, 3, 5) else value
                 for place, (kind, value) in enumerate(zip(signature.args, arguments, strict=True))
             ]
@@ -141,6 +149,58 @@ def _flat_columns_adder(vectors: int) -> _AddFlatColumns:
     return cast(_AddFlatColumns, add_columns)
 
 
+def _flat_columns_putter(vectors: int, relu: bool) -> _PutFlatColumns:
+    """As `_flat_columns_adder`, with the arguments of `put_flat_product`."""
+
+    @intrinsic
+    def put_columns(
+        _: Any,
+        left: Any,
+        left_start: Any,
+        left_stride: Any,
+        right: Any,
+        right_start: Any,
+        initial: Any,
+        initial_start: Any,
+        out: Any,
+        out_start: Any,
+        columns: Any,
+        column: Any,
+        rows: Any,
+        inner: Any,
+    ) -> Any:
+        factors = (left, left_start, left_stride, right, right_start, initial, initial_start)
+        kinds = (*factors, out, out_start, columns, column, rows, inner)
+
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            def matrix(place: int, start: Any, stride: Any) -> _FlatMatrix:
+                array = context.make_array(signature.args[place])(context, builder, arguments[place])
+                return _FlatMatrix(builder, array, start, stride)
+
+            _, start, stride, _, right_start, _, first, _, out_start, columns, column, rows, inner = arguments
+            none = _OFFSET(0)
+            product = _Product(
+                matrix(0, start, stride),
+                none,
+                none,
+                matrix(3, right_start, columns),
+                none,
+                matrix(7, out_start, columns),
+                none,
+                column,
+                rows,
+                inner,
+                matrix(5, first, columns),
+                relu,
+            )
+            _add_column_of_tiles(builder, product, vectors)
+            return context.get_dummy_value()
+
+        return types.void(*kinds), generate
+
+    return cast(_PutFlatColumns, put_columns)
+
+
 def _add_column_of_tiles(builder: Any, product: _Product, vectors: int) -> None:
     with builder.goto_entry_block():
         done = builder.alloca(_OFFSET)  # rows
@@ -169,7 +229,10 @@ def _add_tile(builder: Any, product: _Product, first_row: Any, height: int, vect
     places = [product.out.place(row, column, _VECTOR) for row in out_rows for column in columns]
     with builder.goto_entry_block():
         sums = [builder.alloca(_VECTOR) for _ in places]
-    for place, one_sum in zip(places, sums, strict=True):
+    first_values = places
+    if product.initial is not None:
+        first_values = [product.initial.place(_OFFSET(0), column, _VECTOR) for _ in out_rows for column in columns]
+    for place, one_sum in zip(first_values, sums, strict=True):
         builder.store(builder.load(place, align=_NUMBER_SIZE), one_sum)
     multiply_add = ir.FunctionType(_VECTOR, [_VECTOR] * 3)
     fused = cgutils.get_or_insert_function(builder.module, multiply_add, f"llvm.fma.v{LANES}f32")  # type: ignore[no-untyped-call]
@@ -182,8 +245,12 @@ def _add_tile(builder: Any, product: _Product, first_row: Any, height: int, vect
             vector = builder.shuffle_vector(vector, ir.Constant(_VECTOR, ir.Undefined), _COPIES)
             for one_sum, factor in zip(sums[index * vectors : (index + 1) * vectors], factors, strict=True):
                 builder.store(builder.call(fused, [vector, factor, builder.load(one_sum)]), one_sum)
+    zero = ir.Constant(_VECTOR, [0.0] * LANES)
     for place, one_sum in zip(places, sums, strict=True):
-        builder.store(builder.load(one_sum), place, align=_NUMBER_SIZE)
+        value = builder.load(one_sum)
+        if product.relu:
+            value = builder.select(builder.fcmp_ordered(">", value, zero), value, zero)
+        builder.store(value, place, align=_NUMBER_SIZE)
 
 
 add_one_vector, _add_two_vectors, _add_three_vectors = _columns_adder(1), _columns_adder(2), _columns_adder(3)
@@ -248,3 +315,145 @@ def add_flat_product(
         column += 2 * LANES
     if column < columns:
         _add_one_flat(left, left_start, left_stride, right, right_start, out, out_start, columns, column, rows, inner)
+
+
+_put_one, _put_two, _put_three = (_flat_columns_putter(vectors, relu=False) for vectors in (1, 2, 3))
+_put_one_relu, _put_two_relu, _put_three_relu = (_flat_columns_putter(vectors, relu=True) for vectors in (1, 2, 3))
+
+
+@njit
+def put_flat_product(
+    left: Float32Array,
+    left_start: int,
+    left_stride: int,
+    right: Float32Array,
+    right_start: int,
+    initial: Float32Array,
+    initial_start: int,
+    out: Float32Array,
+    out_start: int,
+    columns: int,
+    rows: int,
+    inner: int,
+) -> None:
+    """As `add_flat_product`, with every row of `out` written anew: the row of `initial` plus the product."""
+    column = 0
+    while columns - column > 4 * LANES or columns - column == 3 * LANES:
+        _put_three(
+            left,
+            left_start,
+            left_stride,
+            right,
+            right_start,
+            initial,
+            initial_start,
+            out,
+            out_start,
+            columns,
+            column,
+            rows,
+            inner,
+        )
+        column += 3 * LANES
+    while columns - column >= 2 * LANES:
+        _put_two(
+            left,
+            left_start,
+            left_stride,
+            right,
+            right_start,
+            initial,
+            initial_start,
+            out,
+            out_start,
+            columns,
+            column,
+            rows,
+            inner,
+        )
+        column += 2 * LANES
+    if column < columns:
+        _put_one(
+            left,
+            left_start,
+            left_stride,
+            right,
+            right_start,
+            initial,
+            initial_start,
+            out,
+            out_start,
+            columns,
+            column,
+            rows,
+            inner,
+        )
+
+
+@njit
+def put_flat_product_relu(
+    left: Float32Array,
+    left_start: int,
+    left_stride: int,
+    right: Float32Array,
+    right_start: int,
+    initial: Float32Array,
+    initial_start: int,
+    out: Float32Array,
+    out_start: int,
+    columns: int,
+    rows: int,
+    inner: int,
+) -> None:
+    """As `put_flat_product`, with numbers below 0 written as 0."""
+    column = 0
+    while columns - column > 4 * LANES or columns - column == 3 * LANES:
+        _put_three_relu(
+            left,
+            left_start,
+            left_stride,
+            right,
+            right_start,
+            initial,
+            initial_start,
+            out,
+            out_start,
+            columns,
+            column,
+            rows,
+            inner,
+        )
+        column += 3 * LANES
+    while columns - column >= 2 * LANES:
+        _put_two_relu(
+            left,
+            left_start,
+            left_stride,
+            right,
+            right_start,
+            initial,
+            initial_start,
+            out,
+            out_start,
+            columns,
+            column,
+            rows,
+            inner,
+        )
+        column += 2 * LANES
+    if column < columns:
+        _put_one_relu(
+            left,
+            left_start,
+            left_stride,
+            right,
+            right_start,
+            initial,
+            initial_start,
+            out,
+            out_start,
+            columns,
+            column,
+            rows,
+            inner,
+        )

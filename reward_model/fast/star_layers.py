@@ -15,7 +15,7 @@ import numpy as np
 from reward_model.base.arrays import Float32Array, IntArray
 from reward_model.base.numba import njit
 from reward_model.fast.elu import apply_exp
-from reward_model.fast.matmul import LANES, add_flat_product
+from reward_model.fast.matmul import LANES, add_flat_product, put_flat_product, put_flat_product_relu
 from reward_model.graph.packing import Stack
 from reward_model.graph.star_kernels import OBJECT_EVEN, PAIR_EVEN, PERSON_EVEN, ROOM_EVEN, WALL_EVEN, Rows, star_rows
 
@@ -294,22 +294,6 @@ def _add_rooms(
 
 
 @njit
-def _spread(work: Float32Array, source: int, out: int, columns: int, kind: int, images: int, batch: _Batch) -> None:
-    """Copy the row of its window and image to each row of a kind, (images * total, columns)."""
-    num_windows, place = len(batch.counts), out
-    for image in range(images):
-        for window in range(num_windows):
-            start = source + (image * num_windows + window) * columns
-            row = work[start : start + columns]
-            size = batch.counts[window, kind] * columns
-            rows = work[place : place + size]
-            for index in range(batch.counts[window, kind]):
-                for column in range(columns):
-                    rows[index * columns + column] = row[column]
-            place += size
-
-
-@njit
 def _encode(
     weights: Float32Array, matrices: IntArray, kind: int, batch: _Batch, work: Float32Array, places: _Places
 ) -> None:
@@ -321,16 +305,24 @@ def _encode(
     start, stride = batch.starts[kind], batch.columns[kind]
     by_window, by_window_odd = places.by_window, places.by_window_odd
     _add_rooms(weights, matrices, first + BIAS, first + ROOM_BY_EVEN, batch, work, by_window, by_window_odd)
-    _spread(work, by_window, places.even, columns, kind, 1, batch)
-    _spread(work, by_window_odd, places.odd, columns, kind, 1, batch)
-    matrix = matrices[first + EVEN, 0]
-    add_flat_product(batch.inputs, start, stride, weights, matrix, work, places.even, columns, count, num_even)
-    matrix, rest = matrices[first + ODD, 0], stride - num_even
-    add_flat_product(batch.inputs, start + num_even, stride, weights, matrix, work, places.odd, columns, count, rest)
+    by_even, by_odd, rest = matrices[first + EVEN, 0], matrices[first + ODD, 0], stride - num_even
+    for window in range(len(batch.counts)):
+        rows, place = batch.counts[window, kind], batch.firsts[window, kind]
+        source, shift, out = start + place * stride, window * columns, place * columns
+        initial, even = by_window + shift, places.even + out
+        put_flat_product(
+            batch.inputs, source, stride, weights, by_even, work, initial, work, even, columns, rows, num_even
+        )
+        initial, odd = by_window_odd + shift, places.odd + out
+        put_flat_product(
+            batch.inputs, source + num_even, stride, weights, by_odd, work, initial, work, odd, columns, rows, rest
+        )
     _images(work, places.even, places.odd, places.both, count * columns, 0.0)
-    out = places.hidden[kind]
-    wide = _layer(weights, matrices, first + SECOND_BIAS, work, places.both, columns, out, 2 * count)
-    _relu(work, out, 2 * count * wide)
+    bias, wide = matrices[first + SECOND_BIAS, 0], matrices[first + SECOND_BIAS, 2]
+    matrix, out = matrices[first + SECOND, 0], places.hidden[kind]
+    put_flat_product_relu(
+        work, places.both, columns, weights, matrix, weights, bias, work, out, wide, 2 * count, columns
+    )
 
 
 @njit
@@ -354,9 +346,15 @@ def _add_context(
     _fill(work, places.by_window, weights, matrices[first + ROW_BIAS + kind, 0], num_rooms, columns)
     matrix = matrices[first + ROW_CONTEXT + kind, 0]
     add_flat_product(work, room, room_width, weights, matrix, work, places.by_window, columns, num_rooms, room_width)
-    _spread(work, places.by_window, out, columns, kind, 2, batch)
-    add_flat_product(work, rows, inner, weights, matrices[first + ROW + kind, 0], work, out, columns, count, inner)
-    _relu(work, out, count * columns)
+    by_row = matrices[first + ROW + kind, 0]
+    for image in range(2):
+        for window in range(len(batch.counts)):
+            place = image * batch.totals[kind] + batch.firsts[window, kind]
+            initial = places.by_window + (image * len(batch.counts) + window) * columns
+            source, target, some = rows + place * inner, out + place * columns, batch.counts[window, kind]
+            put_flat_product_relu(
+                work, source, inner, weights, by_row, work, initial, work, target, columns, some, inner
+            )
     places.hidden[kind], places.spare[kind] = out, rows
 
 
