@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from reward_model.base.arrays import Float32Array
 from reward_model.base.lazy import entry_point
-from reward_model.graph.facts import TrainingRange, facts_of
+from reward_model.graph.facts import facts_of, training_range
 from reward_model.graph.features import NUM_FRAMES
 from reward_model.graph.frame import FrameGraph
 from reward_model.graph.windows import sequence_frames
@@ -51,7 +51,7 @@ class Assessment(NamedTuple):
 
 class _Network(Protocol):
     def __call__(self, windows: Sequence[Sequence[FrameGraph]]) -> Float32Array:
-        """The windows' scores, (num_windows, 2); or with their standard deviations, (num_windows, 4)."""
+        """The windows' scores, (num_windows, 2); or also their standard deviations, and 1 for scenes in range."""
         ...
 
 
@@ -86,7 +86,10 @@ class SocialScorer:
         if form not in FORMS:
             raise ValueError(f"form must be one of {list(FORMS)}, got {form!r}")
         self.name = name
-        self.training_range = _training_range(checkpoint)
+        try:
+            self.training_range = training_range(checkpoint.about)
+        except ValueError as error:
+            raise CheckpointError(str(error)) from None
         self._network = _network(checkpoint, form, torch_device(device), operators_file)
 
     def score(self, sequence: SceneSequence) -> Scores:
@@ -124,18 +127,12 @@ class SocialScorer:
                 raise ValueError(f"window {index} must have 1 to {NUM_FRAMES} frames, got {len(window)}")
         answers = self._network(windows)
         scores = answers[:, :2]
-        deviations = answers[:, 2:] if answers.shape[1] > 2 else np.zeros_like(scores)
+        deviations = answers[:, 2:4] if answers.shape[1] > 2 else np.zeros_like(scores)
+        if answers.shape[1] == 5:
+            return Assessment(scores, deviations, answers[:, 4] == 1)
         if self.training_range is None:
             return Assessment(scores, deviations, np.ones(len(windows), dtype=np.bool_))
         return Assessment(scores, deviations, self.training_range.contains(facts_of(windows)))
-
-
-def _training_range(checkpoint: Checkpoint) -> TrainingRange | None:
-    document = checkpoint.about.get("range")
-    try:
-        return None if document is None else TrainingRange.of_document(document)
-    except (ValueError, TypeError, AttributeError) as error:
-        raise CheckpointError(f"about.range cannot be read ({error})") from None
 
 
 def _network(checkpoint: Checkpoint, form: Form, device: torch.device, operators_file: Path | None) -> _Network:

@@ -263,7 +263,7 @@ class SocNavEnv(gym.Env[Any, NDArray[np.float32]]):
         info["reward_terms"] = terms
         info["reward_weights"] = dict(self.reward.weights)
         if moment.scores is not None:
-            info.update(moment.scores._asdict())
+            info["q1"], info["q2"], info["q1_std"], info["q2_std"], info["in_range"] = moment.scores
         if moment.outcome is not None:
             info["episode_metrics"] = episode_metrics(episode.trajectory())
         return info

@@ -34,7 +34,7 @@ class FusedNetwork:
     Args:
         network: a named tuple of arrays
         score_windows: compiled code that writes the scores of windows (num_windows, columns), given that tuple
-        columns: Q1 and Q2, or these and their standard deviations
+        columns: 2 for Q1 and Q2, 5 for these, their standard deviations and whether scenes are in range
         together: windows of a batch, whose data should fit into a core's own cache
     """
 

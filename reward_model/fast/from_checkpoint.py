@@ -23,6 +23,7 @@ from reward_model.fast.relational_kernels import score_by_relation
 from reward_model.fast.relational_weights import RelationalNetwork, flat_layers
 from reward_model.fast.star_layers import score_stars
 from reward_model.fast.star_weights import star_arrays
+from reward_model.graph.facts import training_range
 from reward_model.graph.features import NUM_RELATIONS
 from reward_model.graph.packing import NUM_PACKED
 from reward_model.networks.building import trained_network
@@ -66,8 +67,8 @@ def compiled_star(checkpoint: Checkpoint, operators_file: Path | None = None) ->
     """A star network. Raises `CheckpointError` where the weights do not fit it."""
     network = trained_network(checkpoint)
     assert isinstance(network, StarNetwork)
-    arrays = star_arrays(network, checkpoint.config.sizes[1:-1])
-    return FusedNetwork(arrays, score_stars, columns=4, together=_STARS_TOGETHER)
+    arrays = star_arrays(network, checkpoint.config.sizes[1:-1], training_range(checkpoint.about))
+    return FusedNetwork(arrays, score_stars, columns=5, together=_STARS_TOGETHER)
 
 
 def tensor_shapes(config: NetworkConfig) -> dict[str, tuple[int, ...]]:

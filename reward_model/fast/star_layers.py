@@ -12,10 +12,11 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from reward_model.base.arrays import Float32Array, IntArray
+from reward_model.base.arrays import Float32Array, FloatArray, IntArray
 from reward_model.base.numba import njit
 from reward_model.fast.elu import apply_exp
 from reward_model.fast.matmul import LANES, add_flat_product, put_flat_product, put_flat_product_relu
+from reward_model.graph.facts import SPEED_UNIT, TURN_UNIT
 from reward_model.graph.packing import Stack
 from reward_model.graph.star_kernels import OBJECT_EVEN, PAIR_EVEN, PERSON_EVEN, ROOM_EVEN, WALL_EVEN, Rows, star_rows
 
@@ -47,6 +48,7 @@ class StarArrays(NamedTuple):
         widest: the largest number of columns of a matrix
         contact: (3,) [m] distances at which the robot touches a person, an object and a wall
         limits: `LIMIT`, `SUM_SCALE`, `MOST_ATTENTION`, `LEAST_TOTAL` and `CONTACT_SCORE` of the definition
+        facts: (2, 6) the least and the largest of each fact in the training data; infinite where they are not known
     """
 
     weights: Float32Array
@@ -56,6 +58,7 @@ class StarArrays(NamedTuple):
     widest: int
     contact: Float32Array
     limits: Float32Array
+    facts: FloatArray
 
 
 class _Batch(NamedTuple):
@@ -108,7 +111,7 @@ class _Places(NamedTuple):
 
 @njit
 def score_stars(stack: Stack, scores: Float32Array, network: StarArrays) -> None:
-    """Write Q1 and Q2 and their standard deviations over the members, (num_windows, 4)."""
+    """Write Q1 and Q2, their standard deviations over the members and 1 for scenes in range, (num_windows, 5)."""
     rows = star_rows(stack)
     batch = _batch(rows, network)
     work, places = _work(batch, network.widest)
@@ -131,6 +134,21 @@ def score_stars(stack: Stack, scores: Float32Array, network: StarArrays) -> None
             variance = sums[window, 2 + question] / num_members - mean * mean
             scores[window, question] = min(mean, network.limits[4]) if touching else mean
             scores[window, 2 + question] = np.sqrt(max(variance, 0.0))
+        scores[window, 4] = _in_range(rows, window, network.facts)
+
+
+@njit
+def _in_range(rows: Rows, window: int, facts: FloatArray) -> bool:
+    """Whether all facts of a scene, in the order of `reward_model.graph.facts`, lie within the training's."""
+    room, counts = rows.rooms[window], rows.counts[window]
+    found = np.empty(6)
+    found[0], found[1], found[2] = rows.surroundings[window, 3], counts[0], counts[1]
+    found[3], found[4] = 10.0 * room[1], SPEED_UNIT * abs(room[2])
+    found[5] = TURN_UNIT * abs(room[ROOM_EVEN + 1])
+    inside = True
+    for place in range(len(found)):
+        inside = inside and facts[0, place] <= found[place] <= facts[1, place]
+    return inside
 
 
 @njit

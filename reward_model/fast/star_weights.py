@@ -12,6 +12,7 @@ from reward_model.base.arrays import Float32Array, FloatArray
 from reward_model.fast import star_layers as at
 from reward_model.fast.matmul import LANES
 from reward_model.fast.star_layers import StarArrays
+from reward_model.graph.facts import FACTS, TrainingRange
 from reward_model.graph.star import KINDS, WIDTHS
 from reward_model.networks.star import (
     CONTACT_DISTANCES,
@@ -28,8 +29,8 @@ _INPUTS = (*KINDS, "rooms")
 _MOST_COLUMNS = max(map(sum, WIDTHS.values()))
 
 
-def star_arrays(network: StarNetwork, rounds: tuple[int, ...]) -> StarArrays:
-    """The arrays of a network whose rounds have these sizes."""
+def star_arrays(network: StarNetwork, rounds: tuple[int, ...], known: TrainingRange | None = None) -> StarArrays:
+    """The arrays of a network whose rounds have these sizes, and of its training's range where it is known."""
     tensors = {name: tensor.double().numpy() for name, tensor in network.state_dict().items()}
     weights = _Weights()
     members = [_member(_Folded(tensors, f"members.{index}."), rounds) for index in range(len(network.members))]
@@ -45,6 +46,7 @@ def star_arrays(network: StarNetwork, rounds: tuple[int, ...]) -> StarArrays:
         num_rounds=len(rounds),
         widest=int(np.array(matrices)[..., 2].max()),
         contact=np.array(CONTACT_DISTANCES, dtype=np.float32),
+        facts=np.array([[-np.inf], [np.inf]]).repeat(len(FACTS), axis=1) if known is None else np.array(known.bounds),
         limits=np.array([LIMIT, SUM_SCALE, MOST_ATTENTION, LEAST_TOTAL, CONTACT_SCORE], dtype=np.float32),
     )
 

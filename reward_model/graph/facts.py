@@ -30,8 +30,8 @@ FACTS: Final = tuple(_TEXTS)
 """Extent of the room [m], numbers of people and objects, distance of the goal [m], speed [m/s], turn rate [rad/s]."""
 
 _TOLERANCE: Final = 1e-3  # relative, beyond the range
-_SPEED_UNIT = 3.5 / 9.4  # m/s, see `frame_kernels`
-_TURN_UNIT = 4.0 / 10.32  # rad/s
+SPEED_UNIT: Final = 3.5 / 9.4  # m/s, of the advance feature, see `frame_kernels`
+TURN_UNIT: Final = 4.0 / 10.32  # rad/s, of the turn feature
 
 
 def facts_of(windows: Sequence[Sequence[FrameGraph]]) -> FloatArray:
@@ -47,7 +47,7 @@ def facts_of(windows: Sequence[Sequence[FrameGraph]]) -> FloatArray:
 def _facts_of_stars(stars: Stars) -> FloatArray:
     goal, advance, turn = stars.rooms[:, 1], stars.rooms[:, 2], stars.rooms[:, WIDTHS["rooms"][0] + 1]
     people, objects = stars.counts[:, KINDS.index("people")], stars.counts[:, KINDS.index("objects")]
-    moves = (10.0 * goal, _SPEED_UNIT * np.abs(advance), _TURN_UNIT * np.abs(turn))
+    moves = (10.0 * goal, SPEED_UNIT * np.abs(advance), TURN_UNIT * np.abs(turn))
     return np.column_stack([stars.surroundings[:, 3], people, objects, *moves]).astype(np.float64)
 
 
@@ -65,8 +65,8 @@ def _fill_facts(words: Int32Array, facts: FloatArray) -> None:
         elif kind == 4:
             facts[3] = 10.0 * frame.lengths[node]
         elif kind == 2:
-            facts[4] = abs(frame.features[node, OWN]) * _SPEED_UNIT
-            facts[5] = abs(frame.features[node, OWN + 1]) * _TURN_UNIT
+            facts[4] = abs(frame.features[node, OWN]) * SPEED_UNIT
+            facts[5] = abs(frame.features[node, OWN + 1]) * TURN_UNIT
 
 
 @dataclass(frozen=True)
@@ -106,13 +106,13 @@ class TrainingRange:
 
     def contains(self, facts: FloatArray) -> NDArray[np.bool_]:
         """Whether each row of facts (num_windows, 6) lies within the range."""
-        low, high = self._bounds
+        low, high = self.bounds
         inside: NDArray[np.bool_] = np.all((facts >= low) & (facts <= high), axis=1)
         return inside
 
     def exceeded(self, facts: FloatArray) -> list[tuple[str, ...]]:
         """What is out of range about each row of facts (num_windows, 6), in words such as `room of 30 m`."""
-        low, high = self._bounds
+        low, high = self.bounds
         outside = (facts < low) | (facts > high)
         return [
             tuple(_TEXTS[name].format(value) for name, value, out in zip(FACTS, row, marks, strict=True) if out)
@@ -120,6 +120,20 @@ class TrainingRange:
         ]
 
     @cached_property
-    def _bounds(self) -> tuple[FloatArray, FloatArray]:
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """The least and the largest values (6,) that count as within the range."""
         limits = np.array([self.limits[name] for name in FACTS])
         return limits[:, 0] * (1 - _TOLERANCE), limits[:, 1] * (1 + _TOLERANCE)
+
+
+def training_range(about: Mapping[str, Any]) -> TrainingRange | None:
+    """The range in a checkpoint's `about`, None where it has none.
+
+    Raises:
+        ValueError: If it is not one.
+    """
+    document = about.get("range")
+    try:
+        return None if document is None else TrainingRange.of_document(document)
+    except (ValueError, TypeError, AttributeError) as error:
+        raise ValueError(f"about.range cannot be read ({error})") from None

@@ -36,7 +36,7 @@ def test_compiled_scores_are_those_of_the_definition(rounds, members):
     windows = random_windows(3, 70)  # more than one batch
     with torch.no_grad():
         expected = network.scores_and_deviations(windows).numpy()
-    found = compiled_star(checkpoint)(windows)
+    found = compiled_star(checkpoint)(windows)[:, :4]
     np.testing.assert_allclose(found, expected, atol=2e-6)
     assert bool(expected[:, 2:].max() > 1e-3) is (members > 1)
 
@@ -69,7 +69,7 @@ def test_a_room_without_anything_has_a_score():
     )
     with torch.no_grad():
         expected = network.scores_and_deviations([[empty]]).numpy()
-    np.testing.assert_allclose(compiled([[empty]]), expected, atol=2e-6)
+    np.testing.assert_allclose(compiled([[empty]])[:, :4], expected, atol=2e-6)
     np.testing.assert_array_equal(compiled([[mirrored_frame(empty)]]), compiled([[empty]]))
 
 
