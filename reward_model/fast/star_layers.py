@@ -45,7 +45,7 @@ class StarArrays(NamedTuple):
         matrices: (num_members, num_matrices, 3) the start of each, its rows and columns
         inputs: (4 + 1, 2, 47) means and inverse deviations of the columns of people, objects, walls, pairs and rooms
         num_rounds: of aggregation
-        widest: the largest number of columns of a matrix
+        widest, widest_row: the largest number of columns of a matrix, and of one that rows are multiplied with
         contact: (3,) [m] distances at which the robot touches a person, an object and a wall
         limits: `LIMIT`, `SUM_SCALE`, `MOST_ATTENTION`, `LEAST_TOTAL` and `CONTACT_SCORE` of the definition
         facts: (2, 6) the least and the largest of each fact in the training data; infinite where they are not known
@@ -56,6 +56,7 @@ class StarArrays(NamedTuple):
     inputs: Float32Array
     num_rounds: int
     widest: int
+    widest_row: int
     contact: Float32Array
     limits: Float32Array
     facts: FloatArray
@@ -114,7 +115,7 @@ def score_stars(stack: Stack, scores: Float32Array, network: StarArrays) -> None
     """Write Q1 and Q2, their standard deviations over the members and 1 for scenes in range, (num_windows, 5)."""
     rows = star_rows(stack)
     batch = _batch(rows, network)
-    work, places = _work(batch, network.widest)
+    work, places = _work(batch, network.widest, network.widest_row)
     num_windows, num_members = len(rows.counts), len(network.matrices)
     sums = np.zeros((num_windows, 4))
     for member in range(num_members):
@@ -188,28 +189,28 @@ def _standardise(rows: Float32Array, inputs: Float32Array, limit: np.float32, ou
 
 
 @njit
-def _work(batch: _Batch, widest: int) -> tuple[Float32Array, _Places]:
-    """The work array, and the places in it."""
+def _work(batch: _Batch, widest: int, widest_row: int) -> tuple[Float32Array, _Places]:
+    """The work array, and the places in it. It is kept small, so that it stays in a core's cache and in the heap."""
     num_windows = len(batch.counts)
-    most = max(batch.totals.max(), num_windows)  # parts of rows hold parts of rooms as well
+    most = batch.totals.max() * widest_row
     hidden, spare = np.zeros(_NUM_KINDS, dtype=np.int64), np.zeros(_NUM_KINDS, dtype=np.int64)
     end = 0
     for kind in range(_NUM_KINDS):
         hidden[kind] = end
-        spare[kind] = end + 2 * batch.totals[kind] * widest
-        end += 4 * batch.totals[kind] * widest
+        spare[kind] = end + 2 * batch.totals[kind] * widest_row
+        end += 4 * batch.totals[kind] * widest_row
     even = end
-    odd = even + most * widest
-    both = odd + most * widest
-    room = both + 2 * most * widest
+    odd = even + max(most, num_windows * widest)  # they hold parts of rooms as well
+    both = odd + max(most, num_windows * widest)
+    room = both + 2 * most
     next_room = room + 2 * num_windows * widest
     by_window = next_room + 2 * num_windows * widest
     by_window_odd = by_window + 2 * num_windows * widest
     pooled = by_window_odd + 2 * num_windows * widest
     logits = pooled + 4 * num_windows * widest
-    factors = logits + 2 * most * LANES
+    factors = logits + 2 * batch.totals.max() * LANES
     places = _Places(hidden, spare, even, odd, both, room, next_room, by_window, by_window_odd, pooled, logits, factors)
-    return np.empty(factors + 4 * most, dtype=np.float32), places
+    return np.empty(factors + 4 * batch.totals.max(), dtype=np.float32), places
 
 
 @njit

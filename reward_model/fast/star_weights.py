@@ -45,6 +45,7 @@ def star_arrays(network: StarNetwork, rounds: tuple[int, ...], known: TrainingRa
         inputs=inputs,
         num_rounds=len(rounds),
         widest=int(np.array(matrices)[..., 2].max()),
+        widest_row=max(rounds) + -max(rounds) % LANES,
         contact=np.array(CONTACT_DISTANCES, dtype=np.float32),
         facts=np.array([[-np.inf], [np.inf]]).repeat(len(FACTS), axis=1) if known is None else np.array(known.bounds),
         limits=np.array([LIMIT, SUM_SCALE, MOST_ATTENTION, LEAST_TOTAL, CONTACT_SCORE], dtype=np.float32),
