@@ -58,9 +58,7 @@ class TaughtWindows(NamedTuple):
     @property
     def in_teacher_range(self) -> NDArray[np.bool_]:
         """Whether a window is within `TEACHER_RANGE` and out of contact, (num_windows,)."""
-        outside = [bool(reasons) for reasons in TEACHER_RANGE.exceeded(facts_of(self.stars))]
-        mask: NDArray[np.bool_] = ~(np.array(outside, dtype=bool) | self.touching)
-        return mask
+        return TEACHER_RANGE.contains(facts_of(self.stars)) & ~self.touching
 
     def to_learn(self) -> LabelledWindows:
         """The windows with the scores that a network should learn.

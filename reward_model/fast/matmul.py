@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Final, NamedTuple, cast
 
+import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic
@@ -33,7 +34,8 @@ _COPIES: Final = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
 _AddColumns = Callable[[Float32Array, int, int, Float32Array, int, Float32Array, int, int, int, int], None]
 _AddFlatColumns = Callable[[Float32Array, int, int, Float32Array, int, Float32Array, int, int, int, int, int], None]
 _PutFlatColumns = Callable[
-    [Float32Array, int, int, Float32Array, int, Float32Array, int, Float32Array, int, int, int, int, int], None
+    [Float32Array, int, int, Float32Array, int, Float32Array, int, Float32Array, int, int, int, int, int, np.float32],
+    None,
 ]
 
 
@@ -68,7 +70,8 @@ class _FlatMatrix:
 class _Product(NamedTuple):
     """The operands of a product in generated code; see `add_product`.
 
-    Where there is an `initial` row, every row begins as that instead of as it was; with `relu` it ends at least at 0.
+    Where there is an `initial` row, every row begins as that instead of as it was; where there is a `least` number, no
+    element ends below it.
     """
 
     left: _Matrix | _FlatMatrix
@@ -82,7 +85,7 @@ class _Product(NamedTuple):
     rows: Any
     inner: Any
     initial: _FlatMatrix | None = None
-    relu: bool = False
+    least: Any = None
 
 
 def _columns_adder(vectors: int) -> _AddColumns:
@@ -149,7 +152,7 @@ def _flat_columns_adder(vectors: int) -> _AddFlatColumns:
     return cast(_AddFlatColumns, add_columns)
 
 
-def _flat_columns_putter(vectors: int, relu: bool) -> _PutFlatColumns:
+def _flat_columns_putter(vectors: int) -> _PutFlatColumns:
     """As `_flat_columns_adder`, with the arguments of `put_flat_product`."""
 
     @intrinsic
@@ -168,16 +171,17 @@ def _flat_columns_putter(vectors: int, relu: bool) -> _PutFlatColumns:
         column: Any,
         rows: Any,
         inner: Any,
+        least: Any,
     ) -> Any:
         factors = (left, left_start, left_stride, right, right_start, initial, initial_start)
-        kinds = (*factors, out, out_start, columns, column, rows, inner)
+        kinds = (*factors, out, out_start, columns, column, rows, inner, least)
 
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             def matrix(place: int, start: Any, stride: Any) -> _FlatMatrix:
                 array = context.make_array(signature.args[place])(context, builder, arguments[place])
                 return _FlatMatrix(builder, array, start, stride)
 
-            _, start, stride, _, right_start, _, first, _, out_start, columns, column, rows, inner = arguments
+            _, start, stride, _, right_start, _, first, _, out_start, columns, column, rows, inner, least = arguments
             none = _OFFSET(0)
             product = _Product(
                 matrix(0, start, stride),
@@ -191,7 +195,7 @@ def _flat_columns_putter(vectors: int, relu: bool) -> _PutFlatColumns:
                 rows,
                 inner,
                 matrix(5, first, columns),
-                relu,
+                least,
             )
             _add_column_of_tiles(builder, product, vectors)
             return context.get_dummy_value()
@@ -241,16 +245,21 @@ def _add_tile(builder: Any, product: _Product, first_row: Any, height: int, vect
         factors = [builder.load(product.right.place(right_row, each, _VECTOR), align=_NUMBER_SIZE) for each in columns]
         for index, row in enumerate(left_rows):
             number = builder.load(product.left.place(row, left_column, _NUMBER))
-            vector = builder.insert_element(ir.Constant(_VECTOR, ir.Undefined), number, ir.IntType(32)(0))
-            vector = builder.shuffle_vector(vector, ir.Constant(_VECTOR, ir.Undefined), _COPIES)
+            vector = _copies(builder, number)
             for one_sum, factor in zip(sums[index * vectors : (index + 1) * vectors], factors, strict=True):
                 builder.store(builder.call(fused, [vector, factor, builder.load(one_sum)]), one_sum)
-    zero = ir.Constant(_VECTOR, [0.0] * LANES)
+    least = None if product.least is None else _copies(builder, product.least)
     for place, one_sum in zip(places, sums, strict=True):
         value = builder.load(one_sum)
-        if product.relu:
-            value = builder.select(builder.fcmp_ordered(">", value, zero), value, zero)
+        if least is not None:
+            value = builder.select(builder.fcmp_ordered(">", value, least), value, least)
         builder.store(value, place, align=_NUMBER_SIZE)
+
+
+def _copies(builder: Any, number: Any) -> Any:
+    """A vector of copies of a number."""
+    vector = builder.insert_element(ir.Constant(_VECTOR, ir.Undefined), number, ir.IntType(32)(0))
+    return builder.shuffle_vector(vector, ir.Constant(_VECTOR, ir.Undefined), _COPIES)
 
 
 add_one_vector, _add_two_vectors, _add_three_vectors = _columns_adder(1), _columns_adder(2), _columns_adder(3)
@@ -317,8 +326,7 @@ def add_flat_product(
         _add_one_flat(left, left_start, left_stride, right, right_start, out, out_start, columns, column, rows, inner)
 
 
-_put_one, _put_two, _put_three = (_flat_columns_putter(vectors, relu=False) for vectors in (1, 2, 3))
-_put_one_relu, _put_two_relu, _put_three_relu = (_flat_columns_putter(vectors, relu=True) for vectors in (1, 2, 3))
+_put_one, _put_two, _put_three = _flat_columns_putter(1), _flat_columns_putter(2), _flat_columns_putter(3)
 
 
 @njit
@@ -329,131 +337,25 @@ def put_flat_product(
     right: Float32Array,
     right_start: int,
     initial: Float32Array,
-    initial_start: int,
+    start: int,
     out: Float32Array,
     out_start: int,
     columns: int,
     rows: int,
     inner: int,
+    least: np.float32,
 ) -> None:
-    """As `add_flat_product`, with every row of `out` written anew: the row of `initial` plus the product."""
+    """As `add_flat_product`, with every row of `out` written anew: the row of `initial` at `start` plus the product.
+
+    Elements below `least` are written as that.
+    """
+    a, s, t, b, u, i, o, v, n = left, left_start, left_stride, right, right_start, initial, out, out_start, columns
     column = 0
     while columns - column > 4 * LANES or columns - column == 3 * LANES:
-        _put_three(
-            left,
-            left_start,
-            left_stride,
-            right,
-            right_start,
-            initial,
-            initial_start,
-            out,
-            out_start,
-            columns,
-            column,
-            rows,
-            inner,
-        )
+        _put_three(a, s, t, b, u, i, start, o, v, n, column, rows, inner, least)
         column += 3 * LANES
     while columns - column >= 2 * LANES:
-        _put_two(
-            left,
-            left_start,
-            left_stride,
-            right,
-            right_start,
-            initial,
-            initial_start,
-            out,
-            out_start,
-            columns,
-            column,
-            rows,
-            inner,
-        )
+        _put_two(a, s, t, b, u, i, start, o, v, n, column, rows, inner, least)
         column += 2 * LANES
     if column < columns:
-        _put_one(
-            left,
-            left_start,
-            left_stride,
-            right,
-            right_start,
-            initial,
-            initial_start,
-            out,
-            out_start,
-            columns,
-            column,
-            rows,
-            inner,
-        )
-
-
-@njit
-def put_flat_product_relu(
-    left: Float32Array,
-    left_start: int,
-    left_stride: int,
-    right: Float32Array,
-    right_start: int,
-    initial: Float32Array,
-    initial_start: int,
-    out: Float32Array,
-    out_start: int,
-    columns: int,
-    rows: int,
-    inner: int,
-) -> None:
-    """As `put_flat_product`, with numbers below 0 written as 0."""
-    column = 0
-    while columns - column > 4 * LANES or columns - column == 3 * LANES:
-        _put_three_relu(
-            left,
-            left_start,
-            left_stride,
-            right,
-            right_start,
-            initial,
-            initial_start,
-            out,
-            out_start,
-            columns,
-            column,
-            rows,
-            inner,
-        )
-        column += 3 * LANES
-    while columns - column >= 2 * LANES:
-        _put_two_relu(
-            left,
-            left_start,
-            left_stride,
-            right,
-            right_start,
-            initial,
-            initial_start,
-            out,
-            out_start,
-            columns,
-            column,
-            rows,
-            inner,
-        )
-        column += 2 * LANES
-    if column < columns:
-        _put_one_relu(
-            left,
-            left_start,
-            left_stride,
-            right,
-            right_start,
-            initial,
-            initial_start,
-            out,
-            out_start,
-            columns,
-            column,
-            rows,
-            inner,
-        )
+        _put_one(a, s, t, b, u, i, start, o, v, n, column, rows, inner, least)

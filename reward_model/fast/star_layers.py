@@ -15,7 +15,7 @@ import numpy as np
 from reward_model.base.arrays import Float32Array, FloatArray, IntArray
 from reward_model.base.numba import njit
 from reward_model.fast.elu import apply_exp
-from reward_model.fast.matmul import LANES, add_flat_product, put_flat_product, put_flat_product_relu
+from reward_model.fast.matmul import LANES, add_flat_product, put_flat_product
 from reward_model.graph.facts import SPEED_UNIT, TURN_UNIT
 from reward_model.graph.packing import Stack
 from reward_model.graph.star_kernels import OBJECT_EVEN, PAIR_EVEN, PERSON_EVEN, ROOM_EVEN, WALL_EVEN, Rows, star_rows
@@ -32,6 +32,7 @@ ROW_BIAS, ROW_CONTEXT, ROW = 14, 18, 22
 PER_ROUND: Final = 26
 
 _NUM_KINDS: Final = 4
+_ZERO, _ANY = np.float32(0.0), np.float32(-np.inf)  # the least numbers with ReLU and without
 _MANY_ROWS: Final = 100  # of a window and kind
 _ROOMS: Final = 4  # the place of rooms among the kinds of inputs
 _EVEN_COLUMNS = np.array([PERSON_EVEN, OBJECT_EVEN, WALL_EVEN, PAIR_EVEN, ROOM_EVEN])
@@ -226,7 +227,7 @@ def _add_member(network: StarArrays, member: int, batch: _Batch, work: Float32Ar
         bias, columns = matrices[first + ROUND_BIAS, 0], matrices[first + ROUND_BIAS, 2]
         if number == 0:
             _add_rooms(weights, matrices, first + ROUND_BIAS, OWN_EVEN, batch, work, places.even, places.odd)
-            _images(work, places.even, places.odd, room, (num_rooms // 2) * columns, -np.inf)
+            _images(work, places.even, places.odd, room, (num_rooms // 2) * columns, _ANY)
         else:
             for kind in range(_NUM_KINDS):
                 _add_context(weights, matrices, first, kind, batch, work, places, room, width)
@@ -258,18 +259,17 @@ def _fill(work: Float32Array, start: int, weights: Float32Array, bias: int, rows
 def _relu(work: Float32Array, start: int, size: int) -> None:
     rows = work[start : start + size]
     for place in range(size):
-        rows[place] = max(rows[place], np.float32(0.0))
+        rows[place] = max(rows[place], _ZERO)
 
 
 @njit
-def _images(work: Float32Array, even: int, odd: int, out: int, size: int, least: float) -> None:
+def _images(work: Float32Array, even: int, odd: int, out: int, size: int, least: np.float32) -> None:
     """The sums of two parts, and behind them the differences, at least `least`."""
-    least_number = np.float32(least)
     first, second = work[even : even + size], work[odd : odd + size]
     sums, differences = work[out : out + size], work[out + size : out + 2 * size]
     for place in range(size):
-        sums[place] = max(first[place] + second[place], least_number)
-        differences[place] = max(first[place] - second[place], least_number)
+        sums[place] = max(first[place] + second[place], least)
+        differences[place] = max(first[place] - second[place], least)
 
 
 @njit
@@ -330,17 +330,29 @@ def _encode(
         source, shift, out = start + place * stride, window * columns, place * columns
         initial, even = by_window + shift, places.even + out
         put_flat_product(
-            batch.inputs, source, stride, weights, by_even, work, initial, work, even, columns, rows, num_even
+            batch.inputs, source, stride, weights, by_even, work, initial, work, even, columns, rows, num_even, _ANY
         )
         initial, odd = by_window_odd + shift, places.odd + out
         put_flat_product(
-            batch.inputs, source + num_even, stride, weights, by_odd, work, initial, work, odd, columns, rows, rest
+            batch.inputs,
+            source + num_even,
+            stride,
+            weights,
+            by_odd,
+            work,
+            initial,
+            work,
+            odd,
+            columns,
+            rows,
+            rest,
+            _ANY,
         )
-    _images(work, places.even, places.odd, places.both, count * columns, 0.0)
+    _images(work, places.even, places.odd, places.both, count * columns, _ZERO)
     bias, wide = matrices[first + SECOND_BIAS, 0], matrices[first + SECOND_BIAS, 2]
     matrix, out = matrices[first + SECOND, 0], places.hidden[kind]
-    put_flat_product_relu(
-        work, places.both, columns, weights, matrix, weights, bias, work, out, wide, 2 * count, columns
+    put_flat_product(
+        work, places.both, columns, weights, matrix, weights, bias, work, out, wide, 2 * count, columns, _ZERO
     )
 
 
@@ -371,8 +383,8 @@ def _add_context(
             place = image * batch.totals[kind] + batch.firsts[window, kind]
             initial = places.by_window + (image * len(batch.counts) + window) * columns
             source, target, some = rows + place * inner, out + place * columns, batch.counts[window, kind]
-            put_flat_product_relu(
-                work, source, inner, weights, by_row, work, initial, work, target, columns, some, inner
+            put_flat_product(
+                work, source, inner, weights, by_row, work, initial, work, target, columns, some, inner, _ZERO
             )
     places.hidden[kind], places.spare[kind] = out, rows
 
