@@ -64,7 +64,7 @@ class TrainReward:
 
     def run(self) -> None:
         """Simulate, label, train, save, and print what the checkpoint says about itself, as JSON."""
-        check_least(self, num_shards=1, num_held_out=1, members=1, seed=0, jobs=1)
+        check_least(self, num_shards=1, num_held_out=1, shards_per_agent=1, members=1, seed=0, jobs=1)
         if not 0 <= self.people_share < 1:
             raise ValueError(f"people_share must lie in 0..1, 1 excluded, got {self.people_share}")
         from dataclasses import replace
@@ -77,6 +77,11 @@ class TrainReward:
         from reward_model.training.ensemble import train_members, united
         from reward_model.training.fit import TrainingConfig
 
+        if self.agents:
+            from agents.policy_files import load_agent
+
+            for agent in self.agents:
+                load_agent(agent)  # where there is none, say so before hours of simulation
         recordings = [] if self.genuine is None else recordings_to_compare(self.genuine)
         config = TrainingConfig(
             self.max_epochs,

@@ -19,10 +19,10 @@ from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import spearmanr
 
 from agents.visited import AgentEpisode
-from reward_model.base.arrays import Float32Array, FloatArray
+from reward_model.analysis.evaluation import rank_correlation
+from reward_model.base.arrays import Float32Array
 from reward_model.base.commands import check_least, run_command
 from reward_model.base.files import replace_file
 from reward_model.base.progress import watched
@@ -36,7 +36,10 @@ from socnav_env.simulated_data.windows import Episode, Window, wide_episode, win
 
 EPISODES_TOGETHER: Final = 20
 NUM_BINS: Final = 10
-HEADER: Final = ("windows", "network", "number", "Q1", "Q2", "Spearman, Q1", "Q2")
+HEADER: Final = (
+    *("windows", "network", "number", "Q1, MSE", "Q2, MSE", "Spearman, Q1", "Q2"),
+    *("mean Q1", "mean Q2", "the teacher's mean Q1", "mean Q2"),
+)
 
 
 @dataclass(frozen=True)
@@ -139,22 +142,21 @@ def _row(
     row: dict[str, Any] = {"windows": part, "network": network, "number": int(chosen.sum())}
     for column, question in enumerate(QUESTIONS):
         row[f"{question}_mse"] = float((wrong[:, column] ** 2).mean()) if chosen.any() else None
-        row[f"{question}_spearman"] = _rank_correlation(found.deviations[chosen, column], wrong[:, column])
+        means = ((question, found.scores.clip(0, 1)), (f"teacher_{question}", taught.symmetrised))
+        row |= {
+            f"{name}_mean": float(scores[chosen, column].mean()) if chosen.any() else None for name, scores in means
+        }
+        row[f"{question}_spearman"] = rank_correlation(found.deviations[chosen, column], wrong[:, column])
     return row
-
-
-def _rank_correlation(one: Float32Array, other: FloatArray) -> float | None:
-    if len(one) < 2 or np.ptp(one) == 0 or np.ptp(other) == 0:
-        return None
-    return float(spearmanr(one, other).statistic)
 
 
 def _lines(rows: list[dict[str, Any]]) -> list[str]:
     """A table in Markdown."""
     lines = [HEADER, ("---",) * 2 + ("---:",) * (len(HEADER) - 2)]
     for row in rows:
-        numbers = (row["q1_mse"], row["q2_mse"], row["q1_spearman"], row["q2_spearman"])
-        formats = (".5f", ".5f", ".2f", ".2f")
+        means = (row[f"{name}_mean"] for name in ("q1", "q2", "teacher_q1", "teacher_q2"))
+        numbers = (row["q1_mse"], row["q2_mse"], row["q1_spearman"], row["q2_spearman"], *means)
+        formats = (".5f", ".5f", ".2f", ".2f", *(".3f",) * 4)
         cells = ("-" if value is None else format(value, how) for value, how in zip(numbers, formats, strict=True))
         lines.append((row["windows"], row["network"], f"{row['number']:,}", *cells))
     return [f"| {' | '.join(line)} |" for line in lines]

@@ -7,6 +7,7 @@ import pytest
 import socnav_env.simulated_data.labelled as labelled
 from reward_model.networks.checkpoint import load_checkpoint
 from reward_model.scorer import load_scorer
+from socnav_env.simulated_data.labelled import load_shards
 from train_reward import main
 
 SMALL = ["--num-shards", "1", "--num-held-out", "1", "--hidden-sizes", "4", "--members", "2", "--max-epochs", "1"]
@@ -44,6 +45,25 @@ def test_a_finished_run_is_not_done_again(tmp_path, capfd):
     assert main([*arguments, "--jobs", "1"]) == 0
     assert shard.stat().st_mtime_ns == before
     capfd.readouterr()
+
+
+def test_states_that_agents_visit_join_the_training(tmp_path, capfd):
+    arguments = [*SMALL, "--teacher", "default", "--jobs", "1"]
+    work, output = str(tmp_path / "work"), str(tmp_path / "out")
+    agents = ["--agents", "straight", "random", "--shards-per-agent", "1"]
+    assert main([*arguments, *agents, "--work", work, "--output", output]) == 0
+    capfd.readouterr()
+    visited = [load_shards(tmp_path / "work" / folder, 1) for folder in ("agent0", "agent1")]
+    assert all(len(each.stars) > 0 for each in visited)
+    about = load_checkpoint(tmp_path / "out").about
+    simulated = len(load_shards(tmp_path / "work" / "train", 1).stars)
+    assert about["windows"]["train"] == simulated + sum(len(each.stars) for each in visited)
+
+
+def test_an_unknown_agent_is_named_before_anything_is_simulated(tmp_path, capfd):
+    assert main(["--agents", "nobody", "--work", str(tmp_path / "work")]) == 2
+    assert "no agent 'nobody'" in capfd.readouterr().err
+    assert not (tmp_path / "work").exists()
 
 
 def test_a_share_of_people_beyond_all_is_refused(capfd):

@@ -116,14 +116,21 @@ def report(predictions: Float32Array, scores: Float32Array, ratings: Ratings) ->
     return found
 
 
+def rank_correlation(one: Float32Array | FloatArray, other: Float32Array | FloatArray) -> float | None:
+    """Spearman's, None where one of the two is the same throughout."""
+    if len(one) < 2 or np.ptp(one) == 0 or np.ptp(other) == 0:
+        return None
+    return float(spearmanr(one, other).statistic)
+
+
 def _errors(predictions: FloatArray, scores: FloatArray) -> QuestionErrors:
     differences = predictions - scores
-    varied = np.ptp(predictions) > 0 and np.ptp(scores) > 0
+    correlation = rank_correlation(predictions, scores)
     return QuestionErrors(
         len(scores),
         float((differences**2).mean()),
         float(np.abs(differences).mean()),
-        float(spearmanr(predictions, scores).statistic) if varied else math.nan,
+        math.nan if correlation is None else correlation,
     )
 
 

@@ -10,14 +10,13 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Final, Literal, TypeVar, overload
+from typing import Final, Literal, TypeVar
 
 import numpy as np
 
 from reward_model.base.arrays import FloatArray
 from reward_model.graph.features import NUM_FRAMES
-from reward_model.graph.frame import FrameGraph
-from reward_model.graph.windows import mirrored_frame, select_window
+from reward_model.graph.windows import select_window
 from reward_model.scenes.scene import Objects, People, SceneSequence, Snapshot
 
 Entities = TypeVar("Entities", People, Objects)
@@ -86,31 +85,6 @@ def moments(timestamps: Sequence[float]) -> list[list[int]]:
         chosen = select_window(before, NUM_FRAMES + 1) if before else []
         windows += [chosen[:NUM_FRAMES], chosen[1:]]
     return [window for window in windows if window]
-
-
-class WithMirrorImages(Sequence[Sequence[FrameGraph]]):
-    """Windows, followed by their mirror images, which are made on access.
-
-    The walls of mirror images are reversed, so that they run clockwise as in recordings.
-    """
-
-    def __init__(self, windows: Sequence[Sequence[FrameGraph]]) -> None:
-        self._windows = windows
-
-    def __len__(self) -> int:
-        return 2 * len(self._windows)
-
-    @overload
-    def __getitem__(self, index: int) -> Sequence[FrameGraph]: ...
-    @overload
-    def __getitem__(self, index: slice) -> Sequence[Sequence[FrameGraph]]: ...
-    def __getitem__(self, index: int | slice) -> Sequence[FrameGraph] | Sequence[Sequence[FrameGraph]]:
-        if isinstance(index, slice):
-            return [self[each] for each in range(len(self))[index]]
-        place = range(len(self))[index]
-        if place < len(self._windows):
-            return self._windows[place]
-        return [mirrored_frame(frame, turn_walls=True) for frame in self._windows[place - len(self._windows)]]
 
 
 def _every_snapshot(sequence: SceneSequence, change: Callable[[Snapshot], Snapshot]) -> SceneSequence:

@@ -9,9 +9,9 @@ from typing import Any, Final
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from scipy.stats import spearmanr
 
-from reward_model.base.arrays import Float32Array, FloatArray
+from reward_model.analysis.evaluation import rank_correlation
+from reward_model.base.arrays import Float32Array
 from reward_model.base.files import replace_file
 from reward_model.data.labelling import image_scores
 from reward_model.data.taught import TEACHER_RANGE, TaughtWindows
@@ -101,15 +101,9 @@ def _errors(found: Float32Array, taught: TaughtWindows, chosen: NDArray[np.bool_
         document[question] = {
             "mse": float((wrong[:, column] ** 2).mean()),
             "teacher_single_mse": float((single[..., column] ** 2).mean()),
-            "spearman": _rank_correlation(deviations[:, column], wrong[:, column]),
+            "spearman": rank_correlation(deviations[:, column], wrong[:, column]),
         }
     return document
-
-
-def _rank_correlation(one: FloatArray | Float32Array, other: FloatArray) -> float | None:
-    if np.ptp(one) == 0 or np.ptp(other) == 0:
-        return None
-    return float(spearmanr(one, other).statistic)
 
 
 def model_card(checkpoint: Checkpoint) -> str:

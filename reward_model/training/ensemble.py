@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, Final
 
 import joblib
 import torch
 
+from reward_model.base.files import replace_file
 from reward_model.data.examples import Part
-from reward_model.data.labelled_windows import LabelledWindows
+from reward_model.data.labelled_windows import LabelledWindows, data_digest
 from reward_model.networks.checkpoint import Checkpoint, load_checkpoint, save_checkpoint
 from reward_model.networks.registry import StarConfig
 from reward_model.training.fit import Epoch, TrainingConfig
@@ -19,6 +21,7 @@ from reward_model.training.session import learn_windows
 
 STATE_FILE: Final = "training_state.safetensors"
 LOG_FILE: Final = "epochs.txt"
+RUN_FILE: Final = "run.json"
 _MEMBER: Final = "members."
 
 
@@ -32,14 +35,15 @@ def train_members(
 ) -> Iterator[Checkpoint]:
     """Train star networks that differ in their seed; yields their checkpoints in order of completion.
 
-    A member that is done is read from its folder, and one that was interrupted goes on.
+    A member that is done is read from its folder, and one that was interrupted goes on, if its options and data are
+    these.
 
     Args:
         parts: with a train and a development part
         folder: gets a folder for each member
 
     Raises:
-        ValueError: As `learn_windows`.
+        ValueError: If a folder has a member that was trained with other options or data, and as `learn_windows`.
     """
     yield from joblib.Parallel(n_jobs=jobs, return_as="generator_unordered")(
         joblib.delayed(_member)(
@@ -78,13 +82,24 @@ def united(members: Sequence[Checkpoint]) -> Checkpoint:
     return Checkpoint(config, tensors, about)
 
 
+def _run(network: StarConfig, config: TrainingConfig, parts: Mapping[Part, LabelledWindows]) -> dict[str, Any]:
+    """What tells one member from another: its network, its options and its data."""
+    data = {part: data_digest(windows) for part, windows in parts.items()}
+    return {"network": network.document(), "training": asdict(config), "data": data}
+
+
 def _member(
     network: StarConfig, config: TrainingConfig, parts: dict[Part, LabelledWindows], folder: Path
 ) -> Checkpoint:
     done = folder / "checkpoint"
+    run = json.dumps(_run(network, config, parts))
+    if not (folder / RUN_FILE).exists():
+        folder.mkdir(parents=True, exist_ok=True)
+        replace_file(folder / RUN_FILE, run.encode())
+    elif (folder / RUN_FILE).read_text(encoding="utf-8") != run:
+        raise ValueError(f"{folder}: holds a member with other options or data; delete it or choose another folder")
     if done.is_dir():
         return load_checkpoint(done)
-    folder.mkdir(parents=True, exist_ok=True)
     torch.set_num_threads(1)  # results must not depend on the number of jobs
     state, lines = folder / STATE_FILE, folder / LOG_FILE
 

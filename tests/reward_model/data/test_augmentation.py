@@ -2,14 +2,11 @@ import math
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
-from reward_model.data.augmentation import WithMirrorImages, judged_moments, mirrored, moments, rotated
-from reward_model.graph.windows import mirrored_frame
+from reward_model.data.augmentation import judged_moments, mirrored, moments, rotated
 from reward_model.scenes.scene import SceneSequence
 from reward_model.scenes.socnav2_json import parse_socnav2, read_socnav2, socnav2_document
 from tests.reward_model.example_scenes import hand_made_document
-from tests.reward_model.random_scenes import random_windows
 
 
 def hand_made() -> SceneSequence:
@@ -109,20 +106,3 @@ def test_snapshots_that_no_moment_needs_can_be_left_out():
     assert [[left[place] for place in window] for window in moments(left)] == [
         [times[place] for place in window] for window in moments(times)
     ]
-
-
-def test_mirror_images_of_windows_follow_the_windows():
-    windows = random_windows(seed=0, count=3)
-    both = WithMirrorImages(windows)
-    assert len(both) == len(list(both)) == 6
-    assert [both[index] is windows[index] for index in range(3)] == [True] * 3
-    for window, image in zip(windows, both[3:], strict=True):
-        assert len(image) == len(window)
-        for frame, other in zip(window, image, strict=True):
-            expected = mirrored_frame(frame, turn_walls=True)
-            np.testing.assert_array_equal(other.arrays.features, expected.arrays.features)
-            np.testing.assert_array_equal(other.arrays.keys, frame.arrays.keys)
-    np.testing.assert_array_equal(both[-1][0].arrays.features, both[5][0].arrays.features)
-    assert [len(part) for part in (both[2:4], both[4:9], both[6:])] == [2, 2, 0]
-    with pytest.raises(IndexError):
-        both[6]

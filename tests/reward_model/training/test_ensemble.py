@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
@@ -46,6 +48,14 @@ def test_members_that_are_done_are_read_and_interrupted_ones_go_on(tmp_path):
     for one, other in ((first[0], again[0]), (first[0], fresh[0])):
         assert all(torch.equal(one.tensors[name], other.tensors[name]) for name in one.tensors)
     assert (tmp_path / "one" / "member0" / "epochs.txt").read_text().count("\n") == 2
+
+
+def test_members_with_other_options_or_data_are_not_taken_for_these(tmp_path):
+    trained(tmp_path, 1)
+    other = replace(CONFIG, max_epochs=3)
+    for config, parts in ((other, PARTS), (CONFIG, {**PARTS, "train": labelled(2)})):
+        with pytest.raises(ValueError, match="member0: holds a member with other options or data; delete it or"):
+            list(train_members(SIZES, config, parts, 1, tmp_path))
 
 
 def test_members_of_other_windows_do_not_unite(tmp_path):
